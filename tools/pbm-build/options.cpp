@@ -73,7 +73,8 @@ Result<std::array<double, 3>> three_numbers(const std::string &text) {
 
 // False for options of destination, speed and output, which do not affect the result.
 bool changes_result(const command_line::GivenValue &option) {
-    constexpr std::array<std::string_view, 26> kHarmless{{"--shard",
+    constexpr std::array<std::string_view, 27> kHarmless{{"--temp-dir",
+                                                          "--shard",
                                                           "--plan",
                                                           "--cache",
                                                           "--cache-size",
@@ -344,14 +345,6 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
              {.type = "DIR", .is_setting = false, .needs = "--batch"});
     line.add("--keep-going", "Build the other scans of --batch after a failure", &arguments.keep_going,
              {.is_setting = false, .needs = "--batch"});
-    line.add("--max-memory",
-             "Of all builds of --batch together, by estimates, like 8G: fewer run at a time; default half of the "
-             "machine's",
-             command_line::stored(command_line::parse_bytes, arguments.max_memory),
-             {.type = "BYTES",
-              .check = command_line::readable(command_line::parse_bytes),
-              .is_setting = false,
-              .needs = "--batch"});
     line.add("--shard", "Build every Nth scan of --batch only, from number I (0..N-1) on: one of N machines",
              command_line::stored(parse_shard, arguments.shard),
              {.type = "I/N", .check = command_line::readable(parse_shard), .is_setting = false, .needs = "--batch"});
@@ -374,6 +367,17 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
     line.add("--cache-size", "The least recently used models are removed beyond it; default 20G",
              command_line::stored(command_line::parse_bytes, arguments.cache_size),
              {.type = "BYTES", .check = command_line::readable(command_line::parse_bytes), .is_setting = false});
+}
+
+void add_memory_options(CommandLine &line, Arguments &arguments) {
+    line.topic = "General";
+    line.add("--max-memory",
+             "Resident memory, like 4G: what is larger lies in temporary files. Of --batch: of all builds together, by "
+             "estimates, fewer of which run at a time; its default is half of the machine's",
+             command_line::stored(command_line::parse_bytes, arguments.max_memory),
+             {.type = "BYTES", .check = command_line::readable(command_line::parse_bytes), .is_setting = false});
+    line.add("--temp-dir", "Folder for the temporary files of --max-memory; default $TMPDIR, else /var/tmp",
+             &arguments.temp_folder, {.type = "DIR", .is_setting = false, .needs = "--max-memory"});
 }
 
 void add_general_options(CommandLine &line, Arguments &arguments) {
@@ -410,6 +414,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     add_build_system_options(line, arguments);
     add_batch_options(line, arguments);
     add_general_options(line, arguments);
+    add_memory_options(line, arguments);
     const command_line::Manual manual{
         .most_used = {"--output", "--depth", "--unit", "--up", "--recipe", "--help"},
         .examples = {{"pbm-build scan.ply -o scan.pbvg", "A scan at the depth that fits its points."},

@@ -25,7 +25,8 @@ struct Arguments {
     bool if_changed = false, source_hash = false;
     std::string cache; // folder, empty for none
     std::uint64_t cache_size = std::uint64_t{20} << 30;
-    bool progress = false; // lines of progress on stdout
+    std::string temp_folder; // of --max-memory, empty: the system's
+    bool progress = false;   // lines of progress on stdout
     bool depfile = false;
     std::string depfile_name;           // empty: the output's with .d
     std::string depfile_target;         // the output's name in it; empty: as given
@@ -35,7 +36,7 @@ struct Arguments {
     std::string request;                // all options that affect the result, in one spelling
     std::string batch;                  // list or folder of scans that are built each on its own, empty for none
     std::string output_folder;          // of a batch
-    std::uint64_t max_memory = 0;       // of a batch, bytes
+    std::uint64_t max_memory = 0;       // bytes; 0: not given
     bool keep_going = false;            // of a batch, after a failure
     Shard shard;                        // of a batch
     std::string plan;                   // file to write instead of building a batch, empty for none

@@ -10,6 +10,7 @@ namespace {
 constexpr int kMaxBucketLevel = 5; // a surface touches a few thousand of the 32,768 nodes
 static_assert(3 * (kMaxDepth - kMaxBucketLevel) + kSourceBits <= 64);
 constexpr std::size_t kFirstChunk = 128, kLargestChunk = 8192; // words
+constexpr std::size_t kSlab = std::size_t{1} << 15;            // words, 64 KiB
 
 } // namespace
 
@@ -19,7 +20,7 @@ HitStore::HitStore(int depth, int writers, std::uint64_t max_bytes)
       block_mask_((MortonCode{1} << std::min(local_bits_, kBlockBits)) - 1), max_bytes_(max_bytes),
       writers_(static_cast<std::size_t>(writers)) {
     for (Writer &writer : writers_)
-        writer.resize(bucket_count());
+        writer.lists.resize(bucket_count());
 }
 
 // Ends the last record: writes the number of its hits.
@@ -33,24 +34,27 @@ void HitStore::finish(List &list) {
     list.head = nullptr;
 }
 
-void HitStore::grow(List &list) {
+void HitStore::grow(Slab &slab, List &list) {
     std::size_t capacity = kFirstChunk;
     if (!list.chunks.empty()) {
         Chunk &last = list.chunks.back();
         last.used = last.capacity - static_cast<std::size_t>(list.end - list.next);
         capacity = std::min(2 * last.capacity, kLargestChunk);
     }
-    list.chunks.push_back({std::unique_ptr<Word[]>(new Word[capacity]), capacity, 0});
+    if (!slab.words || slab.used + capacity > kSlab)
+        slab = {std::shared_ptr<Word[]>(new Word[kSlab])};
+    list.chunks.push_back({{slab.words, slab.words.get() + slab.used}, capacity, 0});
+    slab.used += capacity;
     list.next = list.chunks.back().words.get();
     list.end = list.next + capacity;
     bytes_.fetch_add(capacity * sizeof(Word), std::memory_order_relaxed);
 }
 
 // Begins a record with room for `hits`, at most a chunk.
-void HitStore::start(List &list, std::uint64_t record, std::size_t hits) {
+void HitStore::start(Slab &slab, List &list, std::uint64_t record, std::size_t hits) {
     finish(list);
     while (static_cast<std::size_t>(list.end - list.next) < kHeadWords + hits)
-        grow(list);
+        grow(slab, list);
     list.head = std::exchange(list.next, list.next + kHeadWords);
     list.record = record;
 }
@@ -64,8 +68,9 @@ void HitStore::add(int writer, std::span<const MortonCode> codes, std::uint32_t 
             add(writer, code, source);
         return;
     }
-    List &list = list_of(writer, codes.front());
-    start(list, record_of(codes.front(), source), codes.size());
+    Writer &own = writers_[static_cast<std::size_t>(writer)];
+    List &list = own.lists[codes.front() >> local_bits_];
+    start(own.slab, list, record_of(codes.front(), source), codes.size());
     std::transform(codes.begin(), codes.end(), std::exchange(list.next, list.next + codes.size()),
                    [this](MortonCode code) { return in_block(code); });
 }
@@ -73,7 +78,7 @@ void HitStore::add(int writer, std::span<const MortonCode> codes, std::uint32_t 
 std::uint64_t HitStore::size() const {
     std::uint64_t hits = 0;
     for (const Writer &writer : writers_)
-        for (const List &list : writer) {
+        for (const List &list : writer.lists) {
             hits += list.hits;
             if (list.head != nullptr)
                 hits += static_cast<std::uint64_t>(list.next - list.head) - kHeadWords;
@@ -83,7 +88,7 @@ std::uint64_t HitStore::size() const {
 
 void HitStore::take(std::size_t bucket, std::vector<Hit> &out) {
     for (Writer &writer : writers_) {
-        List &list = writer[bucket];
+        List &list = writer.lists[bucket];
         if (list.chunks.empty())
             continue;
         finish(list);

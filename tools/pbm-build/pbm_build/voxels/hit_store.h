@@ -44,10 +44,11 @@ class HitStore {
     std::uint64_t size() const; // hits
 
     void add(int writer, MortonCode code, std::uint32_t source) {
-        List &list = list_of(writer, code);
+        Writer &own = writers_[static_cast<std::size_t>(writer)];
+        List &list = own.lists[code >> local_bits_];
         const std::uint64_t record = record_of(code, source);
         if (record != list.record || list.next == list.end)
-            start(list, record, 1);
+            start(own.slab, list, record, 1);
         *list.next++ = in_block(code);
     }
 
@@ -65,8 +66,13 @@ class HitStore {
     static constexpr std::size_t kHeadWords = 4;
     static constexpr int kCountShift = 49;
     struct Chunk {
-        std::unique_ptr<Word[]> words;
+        std::shared_ptr<Word[]> words; // of a slab
         std::size_t capacity, used;
+    };
+    // A block of the heap that chunks of one writer share: large, so that it may lie in a file (tools/pbm-build).
+    struct Slab {
+        std::shared_ptr<Word[]> words{};
+        std::size_t used = 0;
     };
     struct List {
         Word *next = nullptr, *end = nullptr;               // room that is left
@@ -74,17 +80,17 @@ class HitStore {
         std::uint64_t record = ~std::uint64_t{0}, hits = 0; // the last record without its hits; those of all others
         std::vector<Chunk> chunks;
     };
-    using Writer = std::vector<List>; // [bucket_count()]
+    struct Writer {
+        std::vector<List> lists; // [bucket_count()]
+        Slab slab{};             // of the next chunks
+    };
 
     Word in_block(MortonCode code) const { return static_cast<Word>(code & block_mask_); }
     std::uint64_t record_of(MortonCode code, std::uint32_t source) const {
         return (code & local_mask_) >> kBlockBits << kSourceBits | source;
     }
-    List &list_of(int writer, MortonCode code) {
-        return writers_[static_cast<std::size_t>(writer)][code >> local_bits_];
-    }
-    void start(List &list, std::uint64_t record, std::size_t hits);
-    void grow(List &list);
+    void start(Slab &slab, List &list, std::uint64_t record, std::size_t hits);
+    void grow(Slab &slab, List &list);
     static void finish(List &list);
 
     int bucket_level_;

@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""pbm-build --max-memory: the same bytes in less memory, and temporary files without names: memory.py PROGRAMS WORK_FOLDER"""
+
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+MEGA = 1 << 20
+failed = []
+
+
+def check(condition, message):
+    if not condition:
+        failed.append(message)
+
+
+def run(*command):
+    """Exit code, what it said, and its largest resident memory."""
+    process = subprocess.Popen([str(c) for c in command], stderr=subprocess.PIPE, text=True)
+    said = process.stderr.read()
+    _, status, usage = os.wait4(process.pid, 0)
+    return os.waitstatus_to_exitcode(status), said, usage.ru_maxrss * 1024
+
+
+def main():
+    programs, folder = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+    shutil.rmtree(folder, ignore_errors=True)
+    (folder / "temporary").mkdir(parents=True)
+    os.chdir(folder)
+    subprocess.run([programs / "pbm-sample", "-q", "--vertices", "1500000", "-o", "scan.ply"], check=True)
+    build = [programs / "pbm-build", "scan.ply", "-q"]
+
+    code, said, whole = run(*build, "-o", "whole.pbvg")
+    check(code == 0 and not said, f"without a limit: {code} {said}")
+    limit = 100 * MEGA
+    limited = ["--max-memory", str(limit), "--temp-dir", "temporary"]
+    code, said, peak = run(*build, *limited, "-o", "limited.pbvg")
+    print(f"peak {whole / MEGA:.0f} MB, with a limit of {limit / MEGA:.0f} MB {peak / MEGA:.0f} MB")
+    check(code == 0 and not said, f"with a limit: {code} {said}")
+    check(pathlib.Path("whole.pbvg").read_bytes() == pathlib.Path("limited.pbvg").read_bytes(), "other bytes")
+    check(peak < 0.6 * whole and peak < 1.4 * limit, "the limit does not hold")
+    check(not os.listdir("temporary"), "temporary files are left")
+
+    # A build that is killed leaves nothing either.
+    process = subprocess.Popen([str(c) for c in (*build, *limited, "-o", "limited.pbvg")])
+    maps = pathlib.Path(f"/proc/{process.pid}/maps")
+    while process.poll() is None and "temporary" not in maps.read_text():
+        time.sleep(0.001)
+    check(not os.listdir("temporary"), "a temporary file has a name")
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    check(not os.listdir("temporary"), "temporary files of a killed build are left")
+
+    code, said, _ = run(*build, "--max-memory", "1G", "--temp-dir", "none", "-o", "x.pbvg")
+    check(code == 2 and "--temp-dir none: cannot make a temporary file" in said, f"no folder: {code} {said}")
+    print("\n".join(failed))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
