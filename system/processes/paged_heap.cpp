@@ -206,6 +206,11 @@ Status page_heap(const std::string &folder, std::uint64_t limit) {
     return {};
 }
 
+} // namespace pbm
+
+#ifndef PBM_SANITIZE // a sanitizer has a heap of its own
+namespace pbm {
+
 static void *allocate_paged(std::size_t bytes) {
     PagedHeap *const heap = bytes >= kSmall ? the_heap.load(std::memory_order_acquire) : nullptr;
     return heap == nullptr ? nullptr : heap->allocate(bytes);
@@ -237,3 +242,4 @@ void operator delete(void *block) noexcept {
         std::free(block);
 }
 void operator delete(void *block, std::size_t) noexcept { operator delete(block); }
+#endif
