@@ -153,13 +153,16 @@ class PagedHeap {
         std::FILE *const file = std::fopen("/proc/self/maps", "r");
         std::array<char, 512> line{};
         while (file != nullptr && std::fgets(line.data(), line.size(), file) != nullptr) {
-            unsigned long begin = 0, end = 0, inode = 0;
+            void *first = nullptr, *last = nullptr;
+            unsigned long inode = 0;
             std::array<char, 5> access{};
-            if (std::sscanf(line.data(), "%lx-%lx %4s %*s %*s %lu", &begin, &end, access.data(), &inode) != 4)
+            if (std::sscanf(line.data(), "%p-%p %4s %*s %*s %lu", &first, &last, access.data(), &inode) != 4)
                 continue;
+            auto *const begin = static_cast<char *>(first);
+            const auto size = static_cast<std::size_t>(static_cast<char *>(last) - begin);
             const bool is_block = access[1] == 'w' && access[3] == 's', is_read = access[1] == '-' && access[2] == '-';
-            if (inode != 0 && end - begin >= kLarge && (is_block || is_read))
-                found.push_back({reinterpret_cast<char *>(begin), end - begin});
+            if (inode != 0 && size >= kLarge && (is_block || is_read))
+                found.push_back({begin, size});
         }
         if (file != nullptr)
             std::fclose(file);

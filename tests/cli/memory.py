@@ -31,12 +31,12 @@ def main():
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "temporary").mkdir(parents=True)
     os.chdir(folder)
-    subprocess.run([programs / "pbm-sample", "-q", "--vertices", "1500000", "-o", "scan.ply"], check=True)
+    subprocess.run([programs / "pbm-sample", "-q", "--vertices", "700000", "-o", "scan.ply"], check=True)
     build = [programs / "pbm-build", "scan.ply", "-q"]
 
     code, said, whole = run(*build, "-o", "whole.pbvg")
     check(code == 0 and not said, f"without a limit: {code} {said}")
-    limit = 100 * MEGA
+    limit = 60 * MEGA
     limited = ["--max-memory", str(limit), "--temp-dir", "temporary"]
     code, said, peak = run(*build, *limited, "-o", "limited.pbvg")
     print(f"peak {whole / MEGA:.0f} MB, with a limit of {limit / MEGA:.0f} MB {peak / MEGA:.0f} MB")

@@ -368,9 +368,10 @@ TEST(Placement, SinglePrecisionThatIsTooCoarseIsReported) {
         });
         return line == said.attributes.end() ? std::string() : line->note;
     };
-    EXPECT_EQ(report_of(8.5e6, true, 1),
-              "near 8.5e+06 they have the steps of single precision, 1, and a voxel has 0.05; export the scan with more "
-              "digits (doubles), or shifted to its place, and give the shift as --origin");
+    EXPECT_EQ(
+        report_of(8.5e6, true, 1),
+        "near 8.5e+06 they have the steps of single precision, 1, and a voxel has 0.05; export the scan with more "
+        "digits (doubles), or shifted to its place, and give the shift as --origin");
     EXPECT_EQ(report_of(8.3e6, true, 0.001).substr(0, 80),
               "near 8.3e+06 they have the steps of single precision, 0.0005, and a voxel has 5e");
     EXPECT_EQ(report_of(8.5e6, false, 1), "");
