@@ -19,6 +19,7 @@
 #include <vector>
 
 #include <fcntl.h>
+#include <pthread.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -75,6 +76,15 @@ class PagedHeap {
         free.pop_back();
         return block;
     }
+
+    // Around fork: the child would share these blocks with its parent, so it allocates none of them.
+    void before_fork() { mutex_.lock(); }
+    void after_fork_in_parent() { mutex_.unlock(); }
+    void after_fork_in_child() {
+        is_child_ = true;
+        mutex_.unlock();
+    }
+    bool is_child() const { return is_child_; }
 
     // False: the block is none of this heap.
     bool release(void *block) {
@@ -195,6 +205,7 @@ class PagedHeap {
     std::map<void *, Region, std::less<>, SystemAllocator<std::pair<void *const, Region>>> regions_;
     std::array<SystemVector<char *>, kClasses> free_;
     char *hand_ = nullptr;
+    bool is_child_ = false; // set before the child has a second thread
 };
 
 std::atomic<PagedHeap *> the_heap{nullptr};
@@ -206,6 +217,8 @@ Status page_heap(const std::string &folder, std::uint64_t limit) {
     if (!file.ok())
         return io_error("cannot make a temporary file", errno);
     the_heap.store(new PagedHeap(folder, limit)); // never deleted: blocks outlive main
+    ::pthread_atfork([] { the_heap.load()->before_fork(); }, [] { the_heap.load()->after_fork_in_parent(); },
+                     [] { the_heap.load()->after_fork_in_child(); });
     return {};
 }
 
@@ -216,7 +229,7 @@ namespace pbm {
 
 static void *allocate_paged(std::size_t bytes) {
     PagedHeap *const heap = bytes >= kSmall ? the_heap.load(std::memory_order_acquire) : nullptr;
-    return heap == nullptr ? nullptr : heap->allocate(bytes);
+    return heap == nullptr || heap->is_child() ? nullptr : heap->allocate(bytes);
 }
 
 static bool release_paged(void *block) {

@@ -215,10 +215,6 @@ class BatchReport {
     int exit_code_ = 0;
 };
 
-} // namespace
-
-namespace {
-
 std::array<command_line::OutputFile, 3> outputs_of(const Arguments &arguments) {
     return {{{"--json", arguments.json}, {"--progress", arguments.progress ? "-" : ""}, {"--plan", arguments.plan}}};
 }
