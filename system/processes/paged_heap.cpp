@@ -6,10 +6,13 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <new>
@@ -19,8 +22,11 @@
 #include <vector>
 
 #include <fcntl.h>
+#include <linux/futex.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <sys/mman.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 namespace pbm {
@@ -28,10 +34,13 @@ namespace {
 
 constexpr std::size_t kPage = 4096;
 constexpr std::size_t kSmall = std::size_t{1} << 14;  // blocks below this size stay in memory
-constexpr std::size_t kLarge = std::size_t{1} << 20;  // mappings below this size are not looked at
-constexpr std::size_t kSlab = std::size_t{16} << 20;  // file of blocks of one size between these
-constexpr std::size_t kStride = std::size_t{8} << 20; // of a mapping that is written out at once
-constexpr std::chrono::milliseconds kLook{2};
+constexpr std::size_t kLarge = std::size_t{1} << 20;  // mappings of other files below this size are not looked at
+constexpr std::size_t kSlab = std::size_t{16} << 20;  // of blocks of one size between these
+constexpr std::size_t kStride = std::size_t{4} << 20; // that is written out at once
+constexpr std::chrono::milliseconds kLook{2}, kWatch{1}, kTrim{200};
+// Percent of the limit. Blocks in memory, not in the file: up to kInMemory. Pages are written out above kBegin until
+// kEnd are resident; all other threads wait above kHold until kGoOn are.
+constexpr std::uint64_t kInMemory = 45, kEnd = 55, kBegin = 65, kGoOn = 70, kHold = 75;
 
 // For the heap's own lists, which must not allocate from it.
 template <class T> struct SystemAllocator {
@@ -47,27 +56,103 @@ template <class T> struct SystemAllocator {
 };
 template <class T> using SystemVector = std::vector<T, SystemAllocator<T>>;
 
-class PagedHeap {
+int make_file(const std::string &folder) { return ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); }
+
+// Of this process. Allocates nothing.
+class ResidentMemory {
   public:
-    PagedHeap(std::string folder, std::uint64_t limit) : folder_(std::move(folder)), limit_(limit) {
-        std::thread([this] { keep_below_limit(); }).detach(); // until the process ends
+    ResidentMemory() : file_(::open("/proc/self/statm", O_RDONLY | O_CLOEXEC)) {}
+    std::uint64_t bytes() const {
+        std::array<char, 128> text{};
+        unsigned long long size = 0, pages = 0;
+        const bool is_read = ::pread(file_.number(), text.data(), text.size() - 1, 0) > 0 &&
+                             std::sscanf(text.data(), "%llu %llu", &size, &pages) == 2;
+        return is_read ? pages * kPage : 0;
     }
 
-    // Throws std::bad_alloc if the folder is full.
+  private:
+    Descriptor file_;
+};
+
+// All threads of this process but those that are registered. A signal interrupts them, and its handler waits. Allocates
+// nothing and takes no lock that they may hold.
+class OtherThreads {
+  public:
+    OtherThreads() : folder_(::open("/proc/self/task", O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+        struct sigaction action {};
+        action.sa_handler = [](int) {
+            const int error = errno;
+            while (is_held.load() != 0)
+                ::syscall(SYS_futex, &is_held, FUTEX_WAIT_PRIVATE, 1, nullptr, nullptr, 0);
+            errno = error;
+        };
+        action.sa_flags = SA_RESTART;
+        ::sigemptyset(&action.sa_mask);
+        ::sigaction(signal_number(), &action, nullptr);
+    }
+
+    // The calling thread is none of the others.
+    static void exclude_this_thread() {
+        sigset_t signals;
+        ::sigemptyset(&signals);
+        ::sigaddset(&signals, signal_number());
+        ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    }
+
+    // May be called again while they are held: new threads are held too.
+    void hold() {
+        is_held = 1;
+        ::lseek(folder_.number(), 0, SEEK_SET);
+        alignas(long) std::array<char, 4096> entries;
+        for (;;) {
+            const long bytes = ::syscall(SYS_getdents64, folder_.number(), entries.data(), entries.size());
+            if (bytes <= 0)
+                return;
+            for (long at = 0; at < bytes;) {
+                constexpr long kLengthAt = 16, kNameAt = 19; // in a linux_dirent64
+                std::uint16_t length = 0;
+                std::memcpy(&length, &entries[static_cast<std::size_t>(at + kLengthAt)], sizeof length);
+                if (const int thread = std::atoi(&entries[static_cast<std::size_t>(at + kNameAt)]); thread > 0)
+                    ::syscall(SYS_tgkill, ::getpid(), thread, signal_number());
+                at += length;
+            }
+        }
+    }
+
+    void go_on() {
+        if (is_held.exchange(0) != 0)
+            ::syscall(SYS_futex, &is_held, FUTEX_WAKE_PRIVATE, std::numeric_limits<int>::max(), nullptr, nullptr, 0);
+    }
+
+  private:
+    static int signal_number() { return SIGRTMIN + 5; }
+    static inline std::atomic<int> is_held{0};
+
+    Descriptor folder_;
+};
+
+class PagedHeap {
+  public:
+    PagedHeap(std::string folder, int file, std::uint64_t limit)
+        : folder_(std::move(folder)), file_(file), limit_(limit) {
+        std::thread([this] { write_out(); }).detach(); // until the process ends
+        std::thread([this] { watch(); }).detach();
+    }
+
+    // Null: the block is to lie in memory. Throws std::bad_alloc if the folder is full.
     void *allocate(std::size_t bytes) {
+        if (in_memory_ + static_cast<std::int64_t>(bytes) <= static_cast<std::int64_t>(percent(kInMemory)))
+            return nullptr;
         if (bytes > size_of(kClasses - 1)) {
             const std::size_t size = (bytes + kPage - 1) / kPage * kPage;
-            void *const block = map_file(size);
             const std::lock_guard lock(mutex_);
-            regions_.emplace(block, Region{size, kOwnFile});
-            return block;
+            return map_file(size, kOwnPages);
         }
         const std::size_t number = class_of(bytes);
         const std::lock_guard lock(mutex_);
         SystemVector<char *> &free = free_[number];
         if (free.empty()) {
-            auto *const slab = static_cast<char *>(map_file(kSlab));
-            regions_.emplace(slab, Region{kSlab, number});
+            char *const slab = map_file(kSlab, number);
             const std::size_t size = size_of(number);
             for (std::size_t at = kSlab / size * size; at >= size; at -= size)
                 free.push_back(slab + at - size); // the first block is the next one
@@ -76,6 +161,9 @@ class PagedHeap {
         free.pop_back();
         return block;
     }
+
+    // Counts a block that was put into memory, or one that leaves it.
+    void count_in_memory(std::int64_t bytes) { in_memory_ += bytes; }
 
     // Around fork: the child would share these blocks with its parent, so it allocates none of them.
     void before_fork() { mutex_.lock(); }
@@ -89,27 +177,34 @@ class PagedHeap {
     // False: the block is none of this heap.
     bool release(void *block) {
         std::unique_lock lock(mutex_);
-        const auto behind = regions_.upper_bound(block);
+        const auto behind = regions_.upper_bound(static_cast<char *>(block));
         if (behind == regions_.begin())
             return false;
         const auto found = std::prev(behind);
-        const auto [size, number] = found->second;
-        if (static_cast<char *>(block) >= static_cast<char *>(found->first) + size)
+        const Region region = found->second;
+        if (static_cast<char *>(block) >= found->first + region.size)
             return false;
-        if (number != kOwnFile) {
-            free_[number].push_back(static_cast<char *>(block));
+        if (is_child_) // it is the parent's
+            return true;
+        if (region.number != kOwnPages) {
+            free_[region.number].push_back(static_cast<char *>(block));
             return true;
         }
         regions_.erase(found);
-        lock.unlock(); // unmapping a large block takes a while
-        ::munmap(block, size);
+        lock.unlock(); // this takes a while for a large block
+        ::munmap(block, region.size);
+        ::fallocate(file_.number(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, static_cast<off_t>(region.at),
+                    static_cast<off_t>(region.size));
         return true;
     }
 
   private:
-    static constexpr std::size_t kClasses = 24, kOwnFile = kClasses;
+    static constexpr std::size_t kClasses = 24, kOwnPages = kClasses;
+
     struct Region {
-        std::size_t size, number; // of its blocks' class
+        std::uint64_t at; // in the file
+        std::size_t size;
+        std::size_t number; // of its blocks' class
     };
 
     // Four sizes in each octave, all of them whole pages: 16, 20, 24, 28, 32, 40 KiB ...
@@ -121,45 +216,79 @@ class PagedHeap {
         return number;
     }
 
-    void *map_file(std::size_t size) const {
-        const Descriptor file(::open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));
+    // The mutex is held.
+    char *map_file(std::size_t size, std::size_t number) {
         // Reserved now: a full disk is an error here, and no signal when a page is touched.
-        const int error = !file.ok() ? errno : ::posix_fallocate(file.number(), 0, static_cast<off_t>(size));
+        const auto at = static_cast<off_t>(end_);
+        const int error = ::posix_fallocate(file_.number(), at, static_cast<off_t>(size));
         void *const block =
-            error != 0 ? MAP_FAILED : ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file.number(), 0);
-        if (block != MAP_FAILED)
-            return block;
-        std::fprintf(stderr, "%s: no room for temporary files: %s\n", folder_.c_str(),
-                     std::generic_category().message(error != 0 ? error : errno).c_str());
-        throw std::bad_alloc();
+            error != 0 ? MAP_FAILED : ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file_.number(), at);
+        if (block == MAP_FAILED) {
+            std::fprintf(stderr, "%s: no room for temporary files: %s\n", folder_.c_str(),
+                         std::generic_category().message(error != 0 ? error : errno).c_str());
+            throw std::bad_alloc();
+        }
+        regions_.emplace(static_cast<char *>(block), Region{end_, size, number});
+        end_ += size;
+        return static_cast<char *>(block);
     }
 
-    static std::uint64_t resident() {
-        std::FILE *const file = std::fopen("/proc/self/statm", "r");
-        unsigned long long size = 0, pages = 0;
-        const bool is_read = file != nullptr && std::fscanf(file, "%llu %llu", &size, &pages) == 2;
-        if (file != nullptr)
-            std::fclose(file);
-        return is_read ? pages * kPage : 0;
-    }
+    std::uint64_t percent(std::uint64_t of_limit) const { return limit_ / 100 * of_limit; }
 
-    [[noreturn]] void keep_below_limit() {
-        const std::uint64_t high = limit_ / 100 * 85, low = limit_ / 100 * 75;
+    // Writes pages out whenever much is resident.
+    [[noreturn]] void write_out() {
+        OtherThreads::exclude_this_thread();
+        std::chrono::milliseconds until_trim{0};
         for (;;) {
             std::this_thread::sleep_for(kLook);
-            if (resident() > high)
-                write_out_until(low);
+            until_trim -= std::min(kLook, until_trim);
+            if (resident_.bytes() <= percent(kBegin))
+                continue;
+            if (until_trim.count() == 0) { // what was freed is kept for later blocks
+                ::malloc_trim(0);
+                until_trim = kTrim;
+            }
+            const SystemVector<Mapping> all = mappings();
+            {
+                const std::lock_guard lock(writing_mutex_);
+                is_writing_ = true;
+            }
+            write_out_until(percent(kEnd), all);
+            const std::lock_guard lock(writing_mutex_);
+            is_writing_ = false;
+            world_.go_on(); // what is left cannot be written out
+        }
+    }
+
+    // Holds all other threads up while they fill memory faster than a disk takes it. They may hold any lock, so that
+    // happens only while write_out needs none.
+    [[noreturn]] void watch() {
+        OtherThreads::exclude_this_thread();
+        for (;;) {
+            std::this_thread::sleep_for(kWatch);
+            const std::uint64_t now = resident_.bytes();
+            const std::lock_guard lock(writing_mutex_);
+            if (now > percent(kHold) && is_writing_)
+                world_.hold();
+            else if (now <= percent(kGoOn))
+                world_.go_on();
         }
     }
 
     struct Mapping {
         char *begin;
         std::size_t size;
+        std::uint64_t at; // in the heap's file; kForeign: a file that is read, such as a scan
     };
+    static constexpr std::uint64_t kForeign = ~std::uint64_t{0};
 
-    // Large mappings of files: our blocks, and what is mapped to be read, such as a scan.
-    static SystemVector<Mapping> mappings() {
+    SystemVector<Mapping> mappings() {
         SystemVector<Mapping> found;
+        {
+            const std::lock_guard lock(mutex_);
+            for (const auto &[begin, region] : regions_)
+                found.push_back({begin, region.size, region.at});
+        }
         std::FILE *const file = std::fopen("/proc/self/maps", "r");
         std::array<char, 512> line{};
         while (file != nullptr && std::fgets(line.data(), line.size(), file) != nullptr) {
@@ -170,41 +299,88 @@ class PagedHeap {
                 continue;
             auto *const begin = static_cast<char *>(first);
             const auto size = static_cast<std::size_t>(static_cast<char *>(last) - begin);
-            const bool is_block = access[1] == 'w' && access[3] == 's', is_read = access[1] == '-' && access[2] == '-';
-            if (inode != 0 && size >= kLarge && (is_block || is_read))
-                found.push_back({begin, size});
+            if (inode != 0 && size >= kLarge && access[1] == '-' && access[2] == '-')
+                found.push_back({begin, size, kForeign});
         }
         if (file != nullptr)
             std::fclose(file);
+        std::sort(found.begin(), found.end(), [](const Mapping &a, const Mapping &b) { return a.begin < b.begin; });
         return found;
     }
 
-    // Once around all mappings at most, from where the last call ended. One that is unmapped meanwhile does no
-    // harm: nothing is lost by writing pages out.
-    void write_out_until(std::uint64_t low) {
-        const SystemVector<Mapping> all = mappings();
+    // A part of a mapping. One that is unmapped meanwhile does no harm: nothing is lost by writing pages out.
+    struct Stride {
+        char *begin = nullptr;
+        std::size_t size = 0;
+        std::uint64_t at = kForeign;
+    };
+
+    // The system writes dirty pages of files only when it sees fit, and drops none of them before.
+    void start_writing(const Stride &stride) const {
+        if (stride.at != kForeign)
+            ::sync_file_range(file_.number(), static_cast<off64_t>(stride.at), static_cast<off64_t>(stride.size),
+                              SYNC_FILE_RANGE_WRITE);
+    }
+    void drop(const Stride &stride) const {
+        if (stride.size == 0)
+            return;
+        if (stride.at != kForeign)
+            ::sync_file_range(file_.number(), static_cast<off64_t>(stride.at), static_cast<off64_t>(stride.size),
+                              SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER);
+        ::madvise(stride.begin, stride.size, MADV_PAGEOUT);
+    }
+
+    // Whether any of its pages is in memory; a page of another process counts.
+    static bool is_resident(const Stride &stride) {
+        std::array<unsigned char, kStride / kPage> pages{};
+        return ::mincore(stride.begin, stride.size, pages.data()) == 0 &&
+               std::any_of(pages.begin(), pages.end(), [](unsigned char page) { return (page & 1) != 0; });
+    }
+
+    // Once around all mappings at most, from where the last call ended. While one stride is written, the next ones are
+    // on their way.
+    void write_out_until(std::uint64_t low, const SystemVector<Mapping> &all) {
         const auto first = static_cast<std::size_t>(
             std::find_if(all.begin(), all.end(), [&](const Mapping &m) { return hand_ < m.begin + m.size; }) -
             all.begin());
+        std::array<Stride, 4> on_their_way;
+        std::size_t next = 0;
+        const auto finish = [&] {
+            for (std::size_t i = 0; i < on_their_way.size(); ++i)
+                drop(on_their_way[(next + i) % on_their_way.size()]);
+        };
         for (std::size_t i = 0; i < all.size(); ++i) {
             const Mapping &mapping = all[(first + i) % all.size()];
-            const bool is_begun = i == 0 && hand_ > mapping.begin && first < all.size();
-            for (char *at = is_begun ? hand_ : mapping.begin; at < mapping.begin + mapping.size; at += kStride) {
-                const std::size_t size = std::min(kStride, static_cast<std::size_t>(mapping.begin + mapping.size - at));
-                ::madvise(at, size, MADV_PAGEOUT);
-                hand_ = at + size;
-                if (resident() <= low)
-                    return;
+            const bool is_begun = i == 0 && first < all.size() && hand_ > mapping.begin;
+            for (std::size_t from = is_begun ? static_cast<std::size_t>(hand_ - mapping.begin) : 0; from < mapping.size;
+                 from += kStride) {
+                const Stride stride{mapping.begin + from, std::min(kStride, mapping.size - from),
+                                    mapping.at == kForeign ? kForeign : mapping.at + from};
+                hand_ = stride.begin + stride.size;
+                if (!is_resident(stride))
+                    continue;
+                start_writing(stride);
+                drop(std::exchange(on_their_way[next++ % on_their_way.size()], stride));
+                if (resident_.bytes() <= low)
+                    return finish();
             }
         }
+        finish();
     }
 
     std::string folder_;
+    Descriptor file_;
     std::uint64_t limit_;
-    std::mutex mutex_;
-    std::map<void *, Region, std::less<>, SystemAllocator<std::pair<void *const, Region>>> regions_;
+    std::atomic<std::int64_t> in_memory_{0}; // bytes of blocks of kSmall and more that do not lie in the file
+    std::mutex mutex_;                   // guards the next three
+    std::map<char *, Region, std::less<>, SystemAllocator<std::pair<char *const, Region>>> regions_;
     std::array<SystemVector<char *>, kClasses> free_;
-    char *hand_ = nullptr;
+    std::uint64_t end_ = 0; // of the file
+    char *hand_ = nullptr;       // up to where pages were written out
+    ResidentMemory resident_;
+    std::mutex writing_mutex_;   // guards the next two
+    bool is_writing_ = false;
+    OtherThreads world_;
     bool is_child_ = false; // set before the child has a second thread
 };
 
@@ -213,10 +389,10 @@ std::atomic<PagedHeap *> the_heap{nullptr};
 } // namespace
 
 Status page_heap(const std::string &folder, std::uint64_t limit) {
-    const Descriptor file(::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));
-    if (!file.ok())
+    const int file = make_file(folder);
+    if (file < 0)
         return io_error("cannot make a temporary file", errno);
-    the_heap.store(new PagedHeap(folder, limit)); // never deleted: blocks outlive main
+    the_heap.store(new PagedHeap(folder, file, limit)); // never deleted: blocks outlive main
     ::pthread_atfork([] { the_heap.load()->before_fork(); }, [] { the_heap.load()->after_fork_in_parent(); },
                      [] { the_heap.load()->after_fork_in_child(); });
     return {};
@@ -227,23 +403,10 @@ Status page_heap(const std::string &folder, std::uint64_t limit) {
 #ifndef PBM_SANITIZE // a sanitizer has a heap of its own
 namespace pbm {
 
-static void *allocate_paged(std::size_t bytes) {
-    PagedHeap *const heap = bytes >= kSmall ? the_heap.load(std::memory_order_acquire) : nullptr;
-    return heap == nullptr || heap->is_child() ? nullptr : heap->allocate(bytes);
-}
+// Null before page_heap was called.
+static PagedHeap *heap_in_use() { return the_heap.load(std::memory_order_acquire); }
 
-static bool release_paged(void *block) {
-    PagedHeap *const heap =
-        reinterpret_cast<std::uintptr_t>(block) % kPage == 0 ? the_heap.load(std::memory_order_acquire) : nullptr;
-    return heap != nullptr && heap->release(block);
-}
-
-} // namespace pbm
-
-// The heap of this program. Whatever is allocated before page_heap is called stays where it is.
-void *operator new(std::size_t bytes) {
-    if (void *const block = pbm::allocate_paged(bytes))
-        return block;
+static void *allocate_in_memory(std::size_t bytes) {
     for (;;) {
         if (void *const block = std::malloc(std::max<std::size_t>(bytes, 1)))
             return block;
@@ -253,9 +416,36 @@ void *operator new(std::size_t bytes) {
             throw std::bad_alloc();
     }
 }
+
+static void *allocate(std::size_t bytes) {
+    constexpr std::size_t kRounding = 64; // of the system's heap
+    PagedHeap *const heap = bytes + kRounding >= kSmall ? heap_in_use() : nullptr;
+    if (heap != nullptr && bytes >= kSmall && !heap->is_child())
+        if (void *const block = heap->allocate(bytes))
+            return block;
+    void *const block = allocate_in_memory(bytes);
+    if (const std::size_t size = heap != nullptr ? ::malloc_usable_size(block) : 0; size >= kSmall)
+        heap->count_in_memory(static_cast<std::int64_t>(size));
+    return block;
+}
+
+static void release(void *block) {
+    if (PagedHeap *const heap = heap_in_use()) {
+        if (reinterpret_cast<std::uintptr_t>(block) % kPage == 0 && heap->release(block))
+            return;
+        if (const std::size_t size = ::malloc_usable_size(block); size >= kSmall)
+            heap->count_in_memory(-static_cast<std::int64_t>(size));
+    }
+    std::free(block);
+}
+
+} // namespace pbm
+
+// The heap of this program. Whatever is allocated before page_heap is called stays where it is.
+void *operator new(std::size_t bytes) { return pbm::allocate(bytes); }
 void operator delete(void *block) noexcept {
-    if (block != nullptr && !pbm::release_paged(block))
-        std::free(block);
+    if (block != nullptr)
+        pbm::release(block);
 }
 void operator delete(void *block, std::size_t) noexcept { operator delete(block); }
 #endif

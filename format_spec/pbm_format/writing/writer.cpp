@@ -14,6 +14,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
+#include <numeric>
 #include <utility>
 
 namespace pbm {
@@ -124,6 +126,8 @@ void add_level(FileLayout &layout, const AttributeSet &set, int level, Storage s
     LevelDirectory directory{.level = level, .chunks = {}};
     Bytes stored, bricks;
     std::uint64_t raw_bytes = 0, points = 0;
+    stored.reserve(std::transform_reduce(chunks.begin(), chunks.end(), std::size_t{0}, std::plus<>(),
+                                         [](const EncodedChunk &chunk) { return chunk.stored.size(); }));
     for (EncodedChunk &chunk : chunks) {
         stored.insert(stored.end(), chunk.stored.begin(), chunk.stored.end());
         chunk.stored = {};
