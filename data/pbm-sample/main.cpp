@@ -1,7 +1,7 @@
 // pbm-sample: makes the project's sample scan, an ammonite, of any size.
 
-#include "ammonite.h"
-#include "ply_writer.h"
+#include "pbm-sample/ammonite/ammonite.h"
+#include "pbm-sample/ply/ply_writer.h"
 
 #include "command_line/common_options.h"
 

@@ -1,7 +1,7 @@
 // Encodes a coloured triangle mesh as PLY.
 #pragma once
 
-#include "ammonite.h"
+#include "pbm-sample/ammonite/ammonite.h"
 
 #include "system/bytes.h"
 
