@@ -47,6 +47,7 @@ ROOMS = {
     "tools/pbm-build/pbm_scan": ["surface", "text", "fields packing", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
     "tools/pbm-build/pbm_build": [
         "report", "surface", "fields grid images hole_filling", "mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling", "panorama", "scene", "."],
+    "data/pbm-sample": ["noise", "ammonite points", "ply", "."],
 }
 
 # What needs an operating system, and the rooms of the floors that must do without it.

@@ -1,5 +1,5 @@
 // Estimated normals against the truth. normals_of_scans.cpp does the same for scans.
-#include "ammonite.h"
+#include "pbm-sample/ammonite/ammonite.h"
 #include "pbm_scan/surface_reader.h"
 #include "unit/build/normal_truth.h"
 

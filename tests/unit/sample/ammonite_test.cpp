@@ -1,5 +1,5 @@
-#include "ammonite.h"
-#include "ply_writer.h"
+#include "pbm-sample/ammonite/ammonite.h"
+#include "pbm-sample/ply/ply_writer.h"
 
 #include "pbm_format/hashes/hash.h"
 

@@ -5,7 +5,7 @@
 // The lattice is sparse: only blocks of 4x4x4 cells near the surface are evaluated.
 #pragma once
 
-#include "deterministic_math.h"
+#include "pbm-sample/noise/deterministic_math.h"
 
 #include <array>
 #include <cstdint>

@@ -1,14 +1,12 @@
 #include "ply_writer.h"
 
-#include <charconv>
-
 namespace pbm::sample {
 
 namespace {
 
 std::string header(const TriangleMesh &mesh, PlyEncoding encoding, const std::string &comment) {
-    return "ply\nformat " + std::string(encoding == PlyEncoding::ascii ? "ascii" : "binary_little_endian") +
-           " 1.0\ncomment " + comment + "\nelement vertex " + std::to_string(mesh.position.size()) +
+    return "ply\nformat " + std::string(format_name(encoding)) + " 1.0\ncomment " + comment + "\nelement vertex " +
+           std::to_string(mesh.position.size()) +
            "\nproperty float x\nproperty float y\nproperty float z\n"
            "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face " +
            std::to_string(mesh.triangle.size()) + "\nproperty list uchar int vertex_indices\nend_header\n";
@@ -27,14 +25,6 @@ void append_binary(const TriangleMesh &mesh, Bytes &out) {
         out.push_back(3);
         add(triangle);
     }
-}
-
-// Appends the shortest decimal that reads back the same, then a space.
-template <class Number> void put_text(Bytes &out, Number value) {
-    char digits[32];
-    const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
-    out.insert(out.end(), digits, end);
-    out.push_back(' ');
 }
 
 void append_ascii(const TriangleMesh &mesh, Bytes &out) {

@@ -1,7 +1,7 @@
 #include "ammonite.h"
 
 #include "isosurface.h"
-#include "noise.h"
+#include "pbm-sample/noise/noise.h"
 #include "shell.h"
 #include "system/threads/parallel.h"
 #include "weathering.h"

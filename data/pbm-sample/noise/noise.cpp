@@ -1,13 +1,10 @@
 #include "noise.h"
 
+#include "jet.h"
+
 namespace pbm::sample {
 
 namespace {
-
-// Four lanes. A vector extension of both GCC and Clang; every lane is plain IEEE arithmetic on every machine.
-using Float4 = float __attribute__((vector_size(16)));
-using Int4 = std::int32_t __attribute__((vector_size(16)));
-using Uint4 = std::uint32_t __attribute__((vector_size(16)));
 
 float fade(float t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); }
 

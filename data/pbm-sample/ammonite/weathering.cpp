@@ -1,6 +1,6 @@
 #include "weathering.h"
 
-#include "noise.h"
+#include "pbm-sample/noise/noise.h"
 
 #include <cmath>
 

@@ -6,8 +6,8 @@
 // inwards.
 #pragma once
 
-#include "deterministic_math.h"
 #include "isosurface.h"
+#include "pbm-sample/noise/deterministic_math.h"
 
 #include <array>
 #include <cstdint>
