@@ -37,7 +37,7 @@ constexpr std::size_t kSmall = std::size_t{1} << 14;  // blocks below this size 
 constexpr std::size_t kLarge = std::size_t{1} << 20;  // mappings of other files below this size are not looked at
 constexpr std::size_t kSlab = std::size_t{16} << 20;  // of blocks of one size between these
 constexpr std::size_t kStride = std::size_t{4} << 20; // that is written out at once
-constexpr std::chrono::milliseconds kLook{2}, kWatch{1}, kTrim{200};
+constexpr std::chrono::milliseconds kLook{2}, kWatch{1}, kRest{20}, kTrim{200};
 // Percent of the limit. Blocks in memory, not in the file: up to kInMemory. Pages are written out above kBegin until
 // kEnd are resident; all other threads wait above kHold until kGoOn are.
 constexpr std::uint64_t kInMemory = 45, kEnd = 55, kBegin = 65, kGoOn = 70, kHold = 75;
@@ -238,25 +238,27 @@ class PagedHeap {
     // Writes pages out whenever much is resident.
     [[noreturn]] void write_out() {
         OtherThreads::exclude_this_thread();
-        std::chrono::milliseconds until_trim{0};
-        for (;;) {
-            std::this_thread::sleep_for(kLook);
-            until_trim -= std::min(kLook, until_trim);
+        using Clock = std::chrono::steady_clock;
+        Clock::duration rest = kLook;
+        for (Clock::time_point next_trim{};;) {
+            std::this_thread::sleep_for(std::exchange(rest, kLook));
             if (resident_.bytes() <= percent(kBegin))
                 continue;
-            if (until_trim.count() == 0) { // what was freed is kept for later blocks
+            if (Clock::now() >= next_trim) { // what was freed is kept for later blocks
                 ::malloc_trim(0);
-                until_trim = kTrim;
+                next_trim = Clock::now() + kTrim;
             }
             const SystemVector<Mapping> all = mappings();
             {
                 const std::lock_guard lock(writing_mutex_);
                 is_writing_ = true;
             }
-            write_out_until(percent(kEnd), all);
+            const bool was_any = write_out_until(percent(kEnd), all);
             const std::lock_guard lock(writing_mutex_);
             is_writing_ = false;
-            world_.go_on(); // what is left cannot be written out
+            world_.go_on();
+            if (!was_any) // it would only search again
+                rest = kRest;
         }
     }
 
@@ -338,8 +340,8 @@ class PagedHeap {
     }
 
     // Once around all mappings at most, from where the last call ended. While one stride is written, the next ones are
-    // on their way.
-    void write_out_until(std::uint64_t low, const SystemVector<Mapping> &all) {
+    // on their way. False if none of them had pages in memory.
+    bool write_out_until(std::uint64_t low, const SystemVector<Mapping> &all) {
         const auto first = static_cast<std::size_t>(
             std::find_if(all.begin(), all.end(), [&](const Mapping &m) { return hand_ < m.begin + m.size; }) -
             all.begin());
@@ -362,10 +364,11 @@ class PagedHeap {
                 start_writing(stride);
                 drop(std::exchange(on_their_way[next++ % on_their_way.size()], stride));
                 if (resident_.bytes() <= low)
-                    return finish();
+                    return finish(), true;
             }
         }
         finish();
+        return next > 0;
     }
 
     std::string folder_;
@@ -406,9 +409,11 @@ namespace pbm {
 // Null before page_heap was called.
 static PagedHeap *heap_in_use() { return the_heap.load(std::memory_order_acquire); }
 
-static void *allocate_in_memory(std::size_t bytes) {
+static void *allocate_in_memory(std::size_t bytes, std::size_t alignment) {
     for (;;) {
-        if (void *const block = std::malloc(std::max<std::size_t>(bytes, 1)))
+        if (void *const block = alignment <= alignof(std::max_align_t)
+                                    ? std::malloc(std::max<std::size_t>(bytes, 1))
+                                    : std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment))
             return block;
         if (const std::new_handler handler = std::get_new_handler())
             handler();
@@ -417,13 +422,13 @@ static void *allocate_in_memory(std::size_t bytes) {
     }
 }
 
-static void *allocate(std::size_t bytes) {
+static void *allocate(std::size_t bytes, std::size_t alignment = alignof(std::max_align_t)) {
     constexpr std::size_t kRounding = 64; // of the system's heap
     PagedHeap *const heap = bytes + kRounding >= kSmall ? heap_in_use() : nullptr;
-    if (heap != nullptr && bytes >= kSmall && !heap->is_child())
+    if (heap != nullptr && bytes >= kSmall && alignment <= kPage && !heap->is_child())
         if (void *const block = heap->allocate(bytes))
             return block;
-    void *const block = allocate_in_memory(bytes);
+    void *const block = allocate_in_memory(bytes, alignment);
     if (const std::size_t size = heap != nullptr ? ::malloc_usable_size(block) : 0; size >= kSmall)
         heap->count_in_memory(static_cast<std::int64_t>(size));
     return block;
@@ -443,9 +448,14 @@ static void release(void *block) {
 
 // The heap of this program. Whatever is allocated before page_heap is called stays where it is.
 void *operator new(std::size_t bytes) { return pbm::allocate(bytes); }
+void *operator new(std::size_t bytes, std::align_val_t alignment) {
+    return pbm::allocate(bytes, static_cast<std::size_t>(alignment));
+}
 void operator delete(void *block) noexcept {
     if (block != nullptr)
         pbm::release(block);
 }
 void operator delete(void *block, std::size_t) noexcept { operator delete(block); }
+void operator delete(void *block, std::align_val_t) noexcept { operator delete(block); }
+void operator delete(void *block, std::size_t, std::align_val_t) noexcept { operator delete(block); }
 #endif

@@ -4,6 +4,7 @@
 #include "command_line/error_log.h"
 #include "command_line/json_report.h"
 #include "depfile.h"
+#include "memory_limit.h"
 #include "options.h"
 #include "pbm_build/pipeline.h"
 #include "pbm_scan/text/printable.h"
@@ -11,7 +12,6 @@
 #include "system/files/cache_folder.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"
-#include "system/processes/paged_heap.h"
 #include "system/processes/this_process.h"
 
 #include <array>
@@ -218,16 +218,10 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
     if (const char *const folder = std::getenv("PBM_CACHE_DIR");
         folder != nullptr && arguments.cache.empty() && !is_stream_of_any(arguments.inputs))
         arguments.cache = folder;
-    if (arguments.batch.empty() && arguments.max_memory != 0) {
-        const char *const given = std::getenv("TMPDIR");
-        const std::string folder = !arguments.temp_folder.empty()       ? arguments.temp_folder
-                                   : given != nullptr && *given != '\0' ? given
-                                                                        : "/var/tmp";
-        if (const Status paged = page_heap(folder, arguments.max_memory); !paged)
-            return fail("--temp-dir " + folder, paged.error());
-    }
     if (!arguments.batch.empty())
         return run_batch(kProgram, arguments);
+    if (const auto failed = limit_memory(kProgram, arguments))
+        return *failed;
     if (arguments.depfile && arguments.depfile_name.empty())
         arguments.depfile_name = arguments.output + ".d";
     if (arguments.depfile_target.empty())

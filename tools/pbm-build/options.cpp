@@ -121,9 +121,9 @@ std::optional<int> take_batch(const CommandLine &line, Arguments &arguments) {
                                                       "models itself: leave INPUT and --output out, of a recipe too");
     constexpr std::array<std::string_view, 4> kOfOneBuild{"--dependency-file", "--dependency-target", "--pose",
                                                           "--viewpoint"};
-    constexpr std::array<std::string_view, 8> kOfAll{"--cache",         "--cache-size",         "--if-changed",
-                                                     "--source-hash",   "--write-dependencies", "--recipe",
-                                                     "--allow-outside", "--mesh-report"};
+    constexpr std::array<std::string_view, 9> kOfAll{
+        "--cache",  "--cache-size",    "--if-changed",  "--source-hash", "--write-dependencies",
+        "--recipe", "--allow-outside", "--mesh-report", "--temp-dir"};
     const auto is_one_of = [](std::string_view name, const auto &names) {
         return std::find(names.begin(), names.end(), name) != names.end();
     };
@@ -372,12 +372,12 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
 void add_memory_options(CommandLine &line, Arguments &arguments) {
     line.topic = "General";
     line.add("--max-memory",
-             "Resident memory, like 4G: what is larger lies in temporary files. Of --batch: of all builds together, by "
-             "estimates, fewer of which run at a time; its default is half of the machine's",
+             "Resident memory, like 4G; default a quarter of the machine's: what is larger lies in temporary files. Of "
+             "--batch: of all builds together, by estimates, fewer of which run at a time; default half of the machine's",
              command_line::stored(command_line::parse_bytes, arguments.max_memory),
              {.type = "BYTES", .check = command_line::readable(command_line::parse_bytes), .is_setting = false});
     line.add("--temp-dir", "Folder for the temporary files of --max-memory; default $TMPDIR, else /var/tmp",
-             &arguments.temp_folder, {.type = "DIR", .is_setting = false, .needs = "--max-memory"});
+             &arguments.temp_folder, {.type = "DIR", .is_setting = false});
 }
 
 void add_general_options(CommandLine &line, Arguments &arguments) {

@@ -144,14 +144,19 @@ std::size_t NeighbourCursor::nearest_within(const LatticePoint &at, float limit,
 
 std::size_t NeighbourCursor::nearest(std::size_t point, std::span<NearPoint> found) {
     enter(point / kFan);
-    const auto distance_of_last = [&] { return static_cast<float>(found.back().squared_distance) * kRounding; };
+    const auto distance_of = [&](std::size_t i) { return static_cast<float>(found[i].squared_distance) * kRounding; };
+    const auto distance_of_last = [&] { return distance_of(found.size() - 1); };
     float limit = predicted_, beside = kUnlimited;
     std::size_t count = 0;
     for (bool first = true;; first = false) {
         if (first ? !(limit < kUnlimited) : count < found.size()) { // no prediction, or one too small
-            if (!(beside < kUnlimited) && nearest_in_order(point, found) == found.size())
+            std::size_t in_order = found.size();
+            if (!(beside < kUnlimited) && (in_order = nearest_in_order(point, found)) == found.size())
                 beside = distance_of_last();
-            limit = first ? beside : std::min(std::max(1.0F, kWider * limit), beside);
+            if (first && (in_order == found.size() || in_order == 0))
+                limit = beside;
+            else // without a limit all leaves would be collected
+                limit = std::min(std::max(1.0F, kWider * (first ? distance_of(in_order - 1) : limit)), beside);
         }
         if (limit > reach_)
             collect(tree_.box_of(leaf_), limit * kSpare);

@@ -1,0 +1,67 @@
+#include "memory_limit.h"
+
+#include "command_line/command_line.h"
+#include "command_line/error_log.h"
+#include "pbm_batch/memory_estimate.h"
+#include "system/processes/paged_heap.h"
+#include "system/processes/this_process.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+
+namespace pbm::build {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string temporary_folder(const Arguments &arguments) {
+    if (!arguments.temp_folder.empty())
+        return arguments.temp_folder;
+    const char *const given = std::getenv("TMPDIR");
+    return given != nullptr && *given != '\0' ? given : "/var/tmp";
+}
+
+std::string gigabytes(std::uint64_t bytes) { return formatted("%.1f GB", static_cast<double>(bytes) * 1e-9); }
+
+// Bytes that builds of such inputs needed at most; those of a stream are not known.
+std::uint64_t likely_need(const Arguments &arguments) {
+    const batch::MemoryEstimate estimate;
+    std::uint64_t need = 0;
+    for (const std::string &input : arguments.inputs) {
+        std::error_code error;
+        if (const auto bytes = fs::file_size(input, error); !error)
+            need += estimate.of(input, bytes);
+    }
+    return need;
+}
+
+void announce(std::string_view program, const std::string &folder, std::uint64_t need, std::uint64_t limit) {
+    std::error_code error;
+    const std::uint64_t room = fs::space(folder, error).available;
+    std::string text = "this build may need " + gigabytes(need) + "; what is beyond " + gigabytes(limit) +
+                       " lies in temporary files in " + folder;
+    if (!error)
+        text += ", which has room for " + gigabytes(room);
+    if (!error && room < need - limit)
+        text += ": another folder can be named by --temp-dir";
+    std::cerr << program << ": note: " << command_line::printable(text) << '\n';
+}
+
+} // namespace
+
+std::optional<int> limit_memory(std::string_view program, const Arguments &arguments) {
+    const bool is_asked_for = arguments.max_memory != 0;
+    const std::uint64_t limit = is_asked_for ? arguments.max_memory : physical_memory() / 4;
+    const std::string folder = temporary_folder(arguments);
+    if (const Status paged = page_heap(folder, limit); !paged)
+        return is_asked_for || !arguments.temp_folder.empty()
+                   ? std::optional(command_line::fail(program, "--temp-dir " + folder, paged.error()))
+                   : std::nullopt;
+    const std::uint64_t need = likely_need(arguments);
+    if (need > limit && arguments.verbosity >= command_line::Verbosity::normal)
+        announce(program, folder, need, limit);
+    return std::nullopt;
+}
+
+} // namespace pbm::build
