@@ -1,6 +1,5 @@
 #include "batch_run.h"
 
-#include "batch_plan.h"
 
 #include "command_line/command_line.h"
 #include "command_line/error_log.h"
@@ -262,7 +261,7 @@ int run_batch(std::string_view program, const Arguments &arguments) {
     if (const auto refused = refuse_files(program, arguments, *scans))
         return *refused;
     if (!arguments.plan.empty())
-        return write_plan(program, arguments, *scans);
+        return plan_batch(program, arguments, *scans);
     std::error_code error;
     std::filesystem::create_directories(arguments.output_folder, error);
     if (error)

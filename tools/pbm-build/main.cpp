@@ -6,8 +6,10 @@
 #include "depfile.h"
 #include "memory_limit.h"
 #include "options.h"
+#include "pbm_build/parts/part_file.h"
 #include "pbm_build/pipeline.h"
 #include "pbm_scan/text/printable.h"
+#include "plan.h"
 #include "source_record.h"
 #include "system/files/cache_folder.h"
 #include "system/files/file_replacement.h"
@@ -92,12 +94,13 @@ std::optional<int> refuse(const Arguments &arguments, std::span<const std::strin
     if (to_stdout && (arguments.if_changed || arguments.depfile))
         return command_line::fail_usage(kProgram,
                                         "--if-changed and dependency files need an output with a name; use -o");
-    if (arguments.if_changed || arguments.source_hash || !arguments.cache.empty())
+    const bool has_parts = arguments.shard.count > 1 || arguments.merged > 0 || arguments.shards > 0;
+    if (arguments.if_changed || arguments.source_hash || !arguments.cache.empty() || has_parts)
         for (const std::string &file : files)
             if (is_stream(file))
                 return command_line::fail_usage(
-                    kProgram,
-                    file + ": --if-changed, --source-hash and --cache read the input twice: a stream cannot be");
+                    kProgram, file + ": --if-changed, --source-hash, --cache and parts read the input twice: a stream "
+                                     "cannot be");
     if (const auto refused = command_line::refuse_outputs(kProgram, files, outputs_of(arguments)))
         return refused;
     if (!arguments.depfile)
@@ -143,15 +146,70 @@ Result<Image> read_panorama_first(const Arguments &arguments, BuildStatistics &s
     });
 }
 
+Result<SourceRecord> record_of(const Arguments &arguments, std::span<const std::string> sources) {
+    // Poses and viewpoints belong to inputs one by one; else no order of inputs changes the model.
+    const bool in_order = arguments.build.poses.size() > 1 || arguments.build.viewpoints.size() > 1;
+    return make_record(sources, arguments.request, in_order);
+}
+
+// Builds one part, unless it is there. Returns the exit code.
+int build_part(const Arguments &arguments, std::span<const std::string> sources, BuildStatistics &statistics) {
+    const auto record = record_of(arguments, sources);
+    if (!record)
+        return fail_input(sources, record.error());
+    const std::string file = part_file_name(arguments.output, arguments.shard);
+    const PartName name{cache_key(*record, false), arguments.shard};
+    if (is_part(file, name)) {
+        statistics.outcome = Outcome::up_to_date;
+        return 0;
+    }
+    command_line::ProgressDisplay display(arguments.verbosity, arguments.progress);
+    const Progress progress = [&](std::string_view step, double done) { display.show(step, done); };
+    const Result<Part> part =
+        read_and_build_part(arguments.inputs, arguments.shard, arguments.build, statistics, progress);
+    display.clear();
+    if (!part)
+        return fail_input(arguments.inputs, part.error());
+    warn_of_dropped(statistics, arguments.verbosity);
+    if (const Status written = write_part(file, name, *part); !written)
+        return fail(file, written.error());
+    std::error_code error;
+    statistics.file_bytes = std::filesystem::file_size(file, error);
+    statistics.points = part->voxels.codes.size();
+    statistics.depth = part->parameters.grid.depth;
+    statistics.voxel_size = part->parameters.grid.voxel_size;
+    return 0;
+}
+
+std::vector<std::string> parts_to_merge(const Arguments &arguments) {
+    std::vector<std::string> files;
+    for (std::uint64_t i = 0; i < arguments.merged; ++i)
+        files.push_back(part_file_name(arguments.output, {i, arguments.merged}));
+    return files;
+}
+
+// Joins parts. Errors begin with the name of a part or an input.
+Result<Model> merge(const Arguments &arguments, const std::string &key, std::span<const std::string> files,
+                    BuildStatistics &statistics, const Progress &progress) {
+    std::vector<Part> parts;
+    StepClock clock(statistics, progress);
+    for (std::uint64_t i = 0; i < arguments.merged; ++i) {
+        Result<Part> part =
+            clock.run("read parts", [&] { return read_part(files[i], {key, {i, arguments.merged}}); });
+        if (!part)
+            return Error{part.error().code, 0, files[i] + ": " + part.error().message};
+        parts.push_back(std::move(*part));
+    }
+    return merge_parts(std::move(parts), arguments.inputs, arguments.build, statistics, progress);
+}
+
 // Builds and writes, unless --if-changed finds that the output would be the same. Returns the exit code.
 int build(const Arguments &arguments, std::span<const std::string> sources, BuildStatistics &statistics) {
     SourceRecord record;
     std::optional<EarlierOutput> earlier;
     const bool keeps_record = arguments.if_changed || arguments.source_hash;
-    if (keeps_record || !arguments.cache.empty()) {
-        // Poses and viewpoints belong to inputs one by one; else no order of inputs changes the model.
-        const bool in_order = arguments.build.poses.size() > 1 || arguments.build.viewpoints.size() > 1;
-        auto made = make_record(sources, arguments.request, in_order);
+    if (keeps_record || !arguments.cache.empty() || arguments.merged > 0) {
+        auto made = record_of(arguments, sources);
         if (!made)
             return fail_input(sources, made.error());
         record = std::move(*made);
@@ -188,10 +246,13 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
         display.clear();
         return fail(arguments.build.scene.panorama->file, panorama.error());
     }
-    Result<Model> model = read_and_build(arguments.inputs, arguments.build, statistics, progress);
+    const std::vector<std::string> parts = parts_to_merge(arguments);
+    Result<Model> model =
+        parts.empty() ? read_and_build(arguments.inputs, arguments.build, statistics, progress)
+                      : merge(arguments, cache_key(record, false), parts, statistics, progress);
     display.clear();
     if (!model)
-        return fail_input(arguments.inputs, model.error());
+        return fail_input(parts.empty() ? arguments.inputs : parts, model.error());
     model->images.panorama = std::move(*panorama);
     warn_of_dropped(statistics, arguments.verbosity);
     if (keeps_record) {
@@ -220,7 +281,7 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
         arguments.cache = folder;
     if (!arguments.batch.empty())
         return run_batch(kProgram, arguments);
-    if (const auto failed = limit_memory(kProgram, arguments))
+    if (const auto failed = arguments.plan.empty() ? limit_memory(kProgram, arguments) : std::nullopt)
         return *failed;
     if (arguments.depfile && arguments.depfile_name.empty())
         arguments.depfile_name = arguments.output + ".d";
@@ -239,9 +300,14 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
         arguments.build.grid.like = *grid;
     }
 
+    if (!arguments.plan.empty())
+        return plan_parts(kProgram, arguments, files);
     BuildStatistics statistics;
-    if (const int code = build(arguments, sources, statistics); code != 0)
+    const bool is_part = arguments.shard.count > 1;
+    if (const int code = (is_part ? build_part : build)(arguments, sources, statistics); code != 0)
         return code;
+    if (is_part)
+        arguments.output = part_file_name(arguments.output, arguments.shard); // for the reports
     if (arguments.depfile) {
         std::erase_if(files, is_stream);
         const Status written =

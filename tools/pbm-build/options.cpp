@@ -73,8 +73,10 @@ Result<std::array<double, 3>> three_numbers(const std::string &text) {
 
 // False for options of destination, speed and output, which do not affect the result.
 bool changes_result(const command_line::GivenValue &option) {
-    constexpr std::array<std::string_view, 27> kHarmless{{"--temp-dir",
+    constexpr std::array<std::string_view, 29> kHarmless{{"--temp-dir",
                                                           "--shard",
+                                                          "--shards",
+                                                          "--merge",
                                                           "--plan",
                                                           "--cache",
                                                           "--cache-size",
@@ -103,16 +105,30 @@ bool changes_result(const command_line::GivenValue &option) {
     return std::find(kHarmless.begin(), kHarmless.end(), option.name) == kHarmless.end();
 }
 
-Result<Shard> parse_shard(const std::string &text) {
+Result<PartNumber> parse_shard(const std::string &text) {
     const std::size_t slash = std::min(text.find('/'), text.size());
     const auto index = parse_all<std::uint64_t>(std::string_view(text).substr(0, slash));
     const auto count = parse_all<std::uint64_t>(std::string_view(text).substr(std::min(slash + 1, text.size())));
     if (!index || !count || *index >= *count)
         return usage("'" + text + "' is no shard; write I/N with I from 0 to N - 1, like 0/8");
-    return Shard{*index, *count};
+    return PartNumber{*index, *count};
 }
 
-// Verifies the options of a batch, and collects those that each of its builds gets.
+bool is_one_of(std::string_view name, std::span<const std::string_view> names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// Collects the options that each build of a batch or plan gets.
+void collect_forwarded(const CommandLine &line, Arguments &arguments) {
+    constexpr std::array<std::string_view, 9> kOfAll{
+        "--cache",  "--cache-size",    "--if-changed",  "--source-hash", "--write-dependencies",
+        "--recipe", "--allow-outside", "--mesh-report", "--temp-dir"};
+    for (const command_line::GivenValue &option : line.given)
+        if (option.name != "INPUT" && !option.is_setting && (changes_result(option) || is_one_of(option.name, kOfAll)))
+            arguments.forwarded.push_back(option.name + "=" + option.value);
+}
+
+// Verifies the options of a batch.
 std::optional<int> take_batch(const CommandLine &line, Arguments &arguments) {
     if (arguments.output_folder.empty())
         return command_line::fail_usage(line.program, "--batch needs a folder for what it builds: --output-dir DIR");
@@ -121,18 +137,30 @@ std::optional<int> take_batch(const CommandLine &line, Arguments &arguments) {
                                                       "models itself: leave INPUT and --output out, of a recipe too");
     constexpr std::array<std::string_view, 4> kOfOneBuild{"--dependency-file", "--dependency-target", "--pose",
                                                           "--viewpoint"};
-    constexpr std::array<std::string_view, 9> kOfAll{
-        "--cache",  "--cache-size",    "--if-changed",  "--source-hash", "--write-dependencies",
-        "--recipe", "--allow-outside", "--mesh-report", "--temp-dir"};
-    const auto is_one_of = [](std::string_view name, const auto &names) {
-        return std::find(names.begin(), names.end(), name) != names.end();
-    };
-    for (const command_line::GivenValue &option : line.given) {
+    for (const command_line::GivenValue &option : line.given)
         if (is_one_of(option.name, kOfOneBuild) && (option.name != "--viewpoint" || arguments.viewpoints.size() > 1))
             return command_line::fail_usage(line.program, option.name + " is of one scan, not of a --batch");
-        if (!option.is_setting && (changes_result(option) || is_one_of(option.name, kOfAll)))
-            arguments.forwarded.push_back(option.name + "=" + option.value);
-    }
+    collect_forwarded(line, arguments);
+    return std::nullopt;
+}
+
+constexpr int kMaxParts = 1000; // Slurm's own default limit of a job array is 1,001
+
+// Verifies what several processes can build together.
+std::optional<int> check_parts(const CommandLine &line, const Arguments &arguments) {
+    if (!arguments.plan.empty() && arguments.shards == 0)
+        return command_line::fail_usage(line.program, "--plan is of a --batch, or of one model in --shards N parts");
+    if (arguments.shard.count == 1 && arguments.shards == 0 && arguments.merged == 0)
+        return std::nullopt;
+    if (arguments.shard.count > kMaxParts)
+        return command_line::fail_usage(line.program, "--shard: a model has at most 1000 parts");
+    if (arguments.build.grid.max_points)
+        return command_line::fail_usage(line.program, "parts of a model need a grid that each of them knows: --depth or "
+                                                      "--voxel-size instead of --max-points");
+    if (arguments.build.mesh.report)
+        return command_line::fail_usage(line.program, "--mesh-report is of a whole build, not of parts");
+    if (is_stream(arguments.output))
+        return command_line::fail_usage(line.program, "parts lie beside the model: name it with -o");
     return std::nullopt;
 }
 
@@ -345,10 +373,16 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
              {.type = "DIR", .is_setting = false, .needs = "--batch"});
     line.add("--keep-going", "Build the other scans of --batch after a failure", &arguments.keep_going,
              {.is_setting = false, .needs = "--batch"});
-    line.add("--shard", "Build every Nth scan of --batch only, from number I (0..N-1) on: one of N machines",
+    line.add("--shard",
+             "One of N machines (I of 0..N-1): every Nth scan of --batch from number I on, or part I of one model, "
+             "beside its output",
              command_line::stored(parse_shard, arguments.shard),
-             {.type = "I/N", .check = command_line::readable(parse_shard), .is_setting = false, .needs = "--batch"});
-    line.add("--plan", "Write what --batch would do as a Ninja file or a Slurm script, and build nothing",
+             {.type = "I/N", .check = command_line::readable(parse_shard), .is_setting = false});
+    line.add("--merge", "Make the model from its N parts, which --shard 0/N ... built with the same inputs and options",
+             &arguments.merged, {.check = command_line::Integers{2, kMaxParts}, .is_setting = false, .excludes = {"--shard", "--batch"}});
+    line.add("--plan",
+             "Write what --batch, or --shards for one model, would do as a Ninja file or a Slurm script, and build "
+             "nothing",
              &arguments.plan,
              {.type = "FILE.ninja|FILE.slurm",
               .check =
@@ -358,8 +392,9 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
                                  ? std::string()
                                  : "'" + name + "' is no plan; name it FILE.ninja or FILE.slurm";
                   },
-              .is_setting = false,
-              .needs = "--batch"});
+              .is_setting = false});
+    line.add("--shards", "Parts of the model that --plan divides among machines", &arguments.shards,
+             {.check = command_line::Integers{2, kMaxParts}, .is_setting = false, .excludes = {"--batch"}, .needs = "--plan"});
     line.add("--cache",
              "Folder of models by the hashes of input and options: one that is there is copied, not built; default "
              "$PBM_CACHE_DIR",
@@ -455,7 +490,12 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
         return refused;
     arguments.depfile = arguments.depfile || !arguments.depfile_name.empty();
     describe_request(line, arguments);
-    return is_batch ? std::nullopt : name_output(line, arguments);
+    if (is_batch)
+        return std::nullopt;
+    collect_forwarded(line, arguments);
+    if (const auto refused = name_output(line, arguments))
+        return refused;
+    return check_parts(line, arguments);
 }
 
 } // namespace pbm::build

@@ -10,11 +10,6 @@
 
 namespace pbm::build {
 
-// Every `count`-th scan of a batch, from number `index` on.
-struct Shard {
-    std::uint64_t index = 0, count = 1; // index < count
-};
-
 struct Arguments {
     std::vector<std::string> inputs; // at least one, unless this is a batch
     std::string output;
@@ -38,8 +33,10 @@ struct Arguments {
     std::string output_folder;          // of a batch
     std::uint64_t max_memory = 0;       // bytes; 0: not given
     bool keep_going = false;            // of a batch, after a failure
-    Shard shard;                        // of a batch
-    std::string plan;                   // file to write instead of building a batch, empty for none
+    PartNumber shard;                   // every count-th scan of a batch from number index on, or a part of one scan
+    std::uint64_t shards = 0;           // parts that a plan has; 0: not given
+    std::uint64_t merged = 0;           // parts that become the model; 0: it is built from the inputs
+    std::string plan;                   // file to write instead of building anything, empty for none
     std::vector<std::string> forwarded; // words of the options that each build of a batch gets
     BuildOptions build;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;

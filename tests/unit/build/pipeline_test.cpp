@@ -514,12 +514,11 @@ TEST(Pipeline, ADepthThatNeedsTooMuchMemoryIsRefusedAtOnce) {
 
 TEST(Pipeline, ADepthThatNobodyAskedForFitsIntoMemory) {
     BuildOptions options;
-    options.threads = 1; // each takes memory of its own
     const Surface surface = bumpy_sphere(30);
     BuildStatistics statistics;
     ASSERT_TRUE(build_model(surface, options, statistics).ok());
     const int wished = statistics.depth;
-    options.max_hit_bytes = statistics.samples * HitStore::kMinHitBytes; // too little: hits also store their sources
+    options.max_samples = statistics.samples - 1;
     statistics = {};
     const Result<Model> model = build_model(surface, options, statistics);
     ASSERT_TRUE(model.ok()) << model.error().message;

@@ -286,7 +286,7 @@ TEST(TriangleVoxels, StepsOfACodeFollowOneAxis) {
 // The area of a sliver does not predict how many voxels it passes through.
 TEST(Samples, TheLimitOfMemoryHoldsForSliversAsWell) {
     constexpr int kDepth = 14, kSlivers = 2000;
-    constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 20;
+    constexpr std::uint64_t kMaxHits = std::uint64_t{1} << 20;
     Surface surface;
     for (std::uint32_t i = 0; i < kSlivers; ++i) {
         const double height = static_cast<double>(i) / kSlivers;
@@ -297,12 +297,12 @@ TEST(Samples, TheLimitOfMemoryHoldsForSliversAsWell) {
     const Grid grid = centred_grid(bounds_of(surface), kDepth);
     const Bytes radii;
     const SurfaceSampler sampler(surface, {}, normals, radii, {}, grid, 2);
-    HitStore hits(kDepth, 2, kMaxBytes);
-    const Status sampled = sample_points(sampler, hits);
+    HitStore hits(kDepth, 2, kMaxHits);
+    const Status sampled = sample_points(sampler, hits, hits.all_buckets());
     ASSERT_FALSE(sampled.ok());
     EXPECT_EQ(sampled.error().code, ErrorCode::memory);
     constexpr std::uint64_t kMaxOfOne = std::uint64_t{4} << kDepth; // maximum number of hits of a sliver
-    EXPECT_LT(hits.bytes(), kMaxBytes + 2 * kMaxOfOne * sizeof(Hit));
+    EXPECT_LT(hits.size(), kMaxHits + 2 * kMaxOfOne);
 }
 
 // Consecutive hits are packed as runs: within a block, across blocks and buckets, and longer than a chunk.
@@ -331,7 +331,6 @@ TEST(HitStore, GivesBackWhatEachWriterFoundInItsOrder) {
                     store.add(writer, code, named);
         }
         EXPECT_EQ(store.size(), count);
-        EXPECT_GE(store.bytes(), count * HitStore::kMinHitBytes);
         for (std::size_t bucket = 0; bucket < store.bucket_count(); ++bucket) {
             std::vector<Hit> taken{7}, wanted{7};
             for (std::size_t writer = 0; writer < 2; ++writer)

@@ -22,6 +22,8 @@
 namespace pbm::build {
 namespace {
 
+constexpr std::uint64_t kMaxMadeBytes = std::uint64_t{4} << 30; // of made points
+
 // The options and the statistics of one build.
 struct Run {
     const BuildOptions &options;
@@ -29,23 +31,24 @@ struct Run {
     StepClock &clock;
 };
 
+Error transparent() { return bad_input("the images are transparent everywhere: there is nothing to build"); }
+
 Error of_input(const std::string &name, Error error) {
     if (!name.empty())
         error.message = name + ": " + error.message;
     return error;
 }
 
-// Refuses early, from a lower bound, a depth at which sample_points would exceed its memory limit.
+// Refuses early, from a lower bound, a depth at which sample_points would exceed its limit.
 Status check_hit_count(const Surface &surface, const Bounds &bounds, const Grid &grid, const BuildOptions &options) {
     const double edge = centred_grid(bounds, kMinDepth).edge() / grid.voxel_size;
     const double least =
         relative_area(surface, bounds, options.threads) * edge * edge; // a column of voxels per voxel^2 or more
-    if (least * HitStore::kMinHitBytes <= static_cast<double>(options.max_hit_bytes))
+    if (least <= static_cast<double>(options.max_samples))
         return {};
     return out_of_memory("depth " + std::to_string(grid.depth) + " would need at least " +
-                         std::to_string(static_cast<std::uint64_t>(least * HitStore::kMinHitBytes) >> 20) +
-                         " MiB for its samples, the limit is " + std::to_string(options.max_hit_bytes >> 20) +
-                         " MiB; choose a smaller --depth, or --max-points");
+                         std::to_string(static_cast<std::uint64_t>(least)) + " samples, the limit is " +
+                         std::to_string(options.max_samples) + "; choose a smaller --depth, or --max-points");
 }
 
 Status repair(Surface &surface, const BuildOptions &options, StepClock &clock, BuildStatistics &statistics) {
@@ -75,7 +78,7 @@ Result<std::vector<MortonCode>> fill_gaps(Surface &surface, VertexNormals &norma
     if (!options.upsample || surface.point_count() == 0)
         return std::vector<MortonCode>{};
     Result<std::vector<MortonCode>> made = run.clock.run("upsample", [&] {
-        return upsample(surface, normals, grid, {*options.upsample, options.max_hit_bytes, fields}, options.threads);
+        return upsample(surface, normals, grid, {*options.upsample, kMaxMadeBytes, fields}, options.threads);
     });
     if (made)
         run.statistics.made_points = made->size();
@@ -93,11 +96,24 @@ void report_made_points(const Surface &surface, const BuildOptions &options, Bui
                               counted(static_cast<std::uint64_t>(*options.upsample), "voxel"));
 }
 
-// Fills gaps, samples and voxelizes at the depth of `grid`. If the user set no depth, decrements it until the number of
-// points is within max_points and the samples fit into memory.
-Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, VertexNormals &normals,
-                                   const AttributeSet &set, std::span<const Field> fields, Grid &grid, const Run &run) {
+// Of a scan that was read.
+struct Prepared {
+    Surface surface;
+    Bounds bounds;
+    VertexNormals normals;
+    AttributeSet set;
+    std::vector<Field> fields;
+    std::string metadata;
+    Grid grid;
+};
+
+// Fills gaps, samples and voxelizes a part of the points at the depth of the grid. If the user set no depth, decrements
+// it until the number of points is within max_points and that of samples within max_samples; a part of several knows
+// only its own numbers, so it fails instead.
+Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const Run &run) {
     const BuildOptions &options = run.options;
+    Surface &surface = scan.surface;
+    Grid &grid = scan.grid;
     std::vector<TexturePyramid> images;
     if (!surface.textures.empty())
         images = run.clock.run("images", [&] { return make_pyramids(surface, options.threads); });
@@ -106,34 +122,40 @@ Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, Verte
     const std::size_t given = surface.positions.size();
     for (;; grid.depth -= 1, grid.voxel_size *= 2) {
         const bool may_be_coarser = depth_is_free && grid.depth > kMinBuildDepth;
-        if (Status checked = check_hit_count(surface, bounds, grid, options); !checked) {
+        if (Status checked = check_hit_count(surface, scan.bounds, grid, options); !checked) {
             if (may_be_coarser)
                 continue;
             return checked.error();
         }
-        remove_made_points(surface, normals, given); // of a finer grid
-        Result<std::vector<MortonCode>> filled = fill_gaps(surface, normals, fields, grid, run);
+        remove_made_points(surface, scan.normals, given); // of a finer grid
+        Result<std::vector<MortonCode>> filled = fill_gaps(surface, scan.normals, scan.fields, grid, run);
         if (!filled) {
             if (filled.error().code == ErrorCode::memory && may_be_coarser)
                 continue;
             return filled.error();
         }
         const Bytes radii = given_radii(surface, grid);
-        const std::vector<FieldSamples> field_values = field_samples(surface, fields);
-        const SurfaceSampler sampler(surface, images, normals, radii, field_values, grid, options.threads);
-        HitStore hits(grid.depth, resolve_threads(options.threads), options.max_hit_bytes);
-        const Status sampled =
-            run.clock.run("sample points", [&](auto progress) { return sample_points(sampler, hits, progress); });
-        if (!sampled && sampled.error().code == ErrorCode::memory && may_be_coarser)
+        const std::vector<FieldSamples> field_values = field_samples(surface, scan.fields);
+        const SurfaceSampler sampler(surface, images, scan.normals, radii, field_values, grid, options.threads);
+        const BucketRange range = buckets_of_part(sampler, part, grid.depth);
+        HitStore hits(grid.depth, resolve_threads(options.threads), options.max_samples);
+        const Status sampled = run.clock.run(
+            "sample points", [&](auto progress) { return sample_points(sampler, hits, range, progress); });
+        if (!sampled && sampled.error().code == ErrorCode::memory && may_be_coarser && part.count == 1)
             continue;
         if (!sampled)
             return sampled.error();
         run.statistics.samples = hits.size();
-        Voxels voxels =
-            run.clock.run("voxelize", [&] { return voxelize(sampler, hits, set, fields, options.threads); });
+        Voxels voxels = run.clock.run(
+            "voxelize", [&] { return voxelize(sampler, hits, range, scan.set, scan.fields, options.threads); });
         voxels.made = std::move(*filled);
+        if (part.count > 1) {
+            const int local_bits = hits.local_bits();
+            std::erase_if(voxels.made, [&](MortonCode code) { return !range.holds(code >> local_bits); });
+            return voxels;
+        }
         if (voxels.codes.empty())
-            return bad_input("the images are transparent everywhere: there is nothing to build");
+            return transparent();
         if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points) {
             if (!options.grid.max_points && grid.depth < first_depth)
                 run.statistics.report("depth", Fate::converted,
@@ -148,9 +170,9 @@ Result<Voxels> sample_and_voxelize(Surface &surface, const Bounds &bounds, Verte
 }
 
 // Computes the missing normals, then the radii.
-void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads) {
+void choose_radii(Voxels &voxels, bool has_points, int depth, int threads) {
     fill_normals(voxels, threads);
-    if (surface.point_count() > 0)
+    if (has_points)
         return radii_from_neighbours(voxels, depth, threads);
     const RadiusClasses classes = radius_classes(depth);
     for (std::uint8_t &radius : voxels.points.radii)
@@ -158,7 +180,7 @@ void choose_radii(Voxels &voxels, const Surface &surface, int depth, int threads
 }
 
 // Adds the scene: lights, textures, ground, shadows.
-Status furnish(Surface surface, Voxels &voxels, Model &model, const Run &run) {
+Status furnish(std::optional<Surface> triangles, Voxels &voxels, Model &model, const Run &run) {
     const BuildOptions &options = run.options;
     const SceneRequest &request = options.scene;
     const int threads = options.threads;
@@ -170,13 +192,11 @@ Status furnish(Surface surface, Voxels &voxels, Model &model, const Run &run) {
         return scene.error();
     set.texture = !scene->texture.empty();
     choose_shadow_bits(request, *scene, grid.depth, set);
-    if (set.lights == 0)
-        surface = {};
     if (set.texture || (scene->ground && scene->ground->texture))
         run.clock.run("solid texture", [&] { evaluate_solid_texture(request, *scene, voxels, model, threads); });
     if (set.lights > 0)
         run.clock.run("shadows", [&](auto shadow_progress) {
-            bake_shadows(request, *scene, std::move(surface), voxels, model, {threads, shadow_progress});
+            bake_shadows(request, *scene, std::move(triangles), voxels, model, {threads, shadow_progress});
         });
     parameters.lights = std::move(scene->lights);
     parameters.texture = std::move(scene->texture);
@@ -192,13 +212,17 @@ void station_each(std::vector<Surface> &surfaces, const std::vector<std::array<d
     }
 }
 
-} // namespace
+// Nothing is dropped to make the grid smaller where it is given.
+Outliers outliers_of(const BuildOptions &options) {
+    const bool grid_is_given = options.grid.like || options.grid.voxel_size;
+    return grid_is_given && options.outliers == Outliers::drop_strays ? Outliers::keep : options.outliers;
+}
 
-Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &options, BuildStatistics &statistics,
-                          const Progress &progress) {
-    StepClock clock(statistics, progress);
+// Repairs, merges and cleans what was read.
+Result<Surface> gather(std::vector<Surface> surfaces, const Run &run) {
+    const BuildOptions &options = run.options;
+    BuildStatistics &statistics = run.statistics;
     const int threads = options.threads;
-    std::vector<SinglePrecision> single_precision;
     dress(surfaces, options.scene, statistics);
     if (options.viewpoints.size() > 1)
         station_each(surfaces, options.viewpoints);
@@ -206,101 +230,142 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
         count_input(surface, statistics);
         if (surface.positions.empty())
             continue;
-        if (Status repaired = repair(surface, options, clock, statistics); !repaired)
+        if (Status repaired = repair(surface, options, run.clock, statistics); !repaired)
             return of_input(surface.name, repaired.error());
         if (Status good = examine_surface(surface, options.flip_faces, options.strict, statistics); !good)
             return of_input(surface.name, good.error());
         choose_creases(surface, options.crease_angle, threads, statistics);
-        if (surface.float_step > 0)
-            single_precision.push_back({surface.name, surface.float_step, surface.float_near});
     }
     std::erase_if(surfaces, [](const Surface &surface) { return surface.positions.empty(); });
     if (surfaces.empty())
         return bad_input("no input has a point left: there is nothing to build");
-    Result<Surface> merged = clock.run("merge", [&] { return merge_surfaces(std::move(surfaces), threads); });
+    Result<Surface> merged = run.clock.run("merge", [&] { return merge_surfaces(std::move(surfaces), threads); });
     if (!merged)
-        return merged.error();
+        return merged;
     Surface &surface = *merged;
     colour_beside_images(surface);
     statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
-    const bool grid_is_given = options.grid.like || options.grid.voxel_size;
-    const Outliers outliers =
-        grid_is_given && options.outliers == Outliers::drop_strays ? Outliers::keep : options.outliers;
-    if (outliers != Outliers::keep)
+    if (outliers_of(options) != Outliers::keep)
         if (Status dropped = drop_far_parts(surface, options.strict, statistics); !dropped)
             return dropped.error();
-    Bounds bounds = bounds_of(surface);
-    if (Status bounded = check_bounds(bounds); !bounded)
+    return merged;
+}
+
+// Chooses everything that depends on the scan as a whole.
+Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
+    const BuildOptions &options = run.options;
+    BuildStatistics &statistics = run.statistics;
+    StepClock &clock = run.clock;
+    const int threads = options.threads;
+    std::vector<SinglePrecision> single_precision;
+    for (const Surface &surface : surfaces)
+        if (surface.float_step > 0 && !surface.positions.empty())
+            single_precision.push_back({surface.name, surface.float_step, surface.float_near});
+    Result<Surface> gathered = gather(std::move(surfaces), run);
+    if (!gathered)
+        return gathered.error();
+    Prepared scan;
+    scan.surface = std::move(*gathered);
+    Surface &surface = scan.surface;
+    scan.bounds = bounds_of(surface);
+    if (Status bounded = check_bounds(scan.bounds); !bounded)
         return bounded.error();
-    const AttributeSet set = choose_attributes(surface, options.colour);
+    scan.set = choose_attributes(surface, options.colour);
     Result<std::vector<Field>> fields = choose_fields(surface, options.fields, statistics);
     if (!fields)
         return fields.error();
+    scan.fields = std::move(*fields);
     const bool has_crs = !surface.crs.empty();
-    Result<std::string> metadata = make_metadata(options, set.colour, surface.crs);
+    Result<std::string> metadata = make_metadata(options, scan.set.colour, surface.crs);
     if (!metadata)
         return metadata.error();
+    scan.metadata = std::move(*metadata);
     if (has_crs)
         statistics.report("coordinate reference system", surface.crs.empty() ? Fate::dropped : Fate::kept,
                           surface.crs.empty() ? "the metadata has no room for it" : "in the metadata, as \"crs\"");
 
     GridRequest request = options.grid;
     if (!request.up && !request.like) {
-        const FoundUp found = clock.run("up axis", [&] { return find_up_axis(surface, bounds, threads); });
+        const FoundUp found = clock.run("up axis", [&] { return find_up_axis(surface, scan.bounds, threads); });
         statistics.report("up axis", found.reason == UpReason::none ? Fate::kept : Fate::estimated, note_of(found));
         request.up = found.up;
     }
     const PointRequest points{.viewpoint = options.viewpoints.size() == 1 ? std::optional(options.viewpoints.front())
                                                                           : std::nullopt,
-                              .outliers = outliers,
+                              .outliers = outliers_of(options),
                               .strict = options.strict,
                               .up = request.like ? request.like->up : *request.up};
     Result<VertexNormals> estimated =
         clock.run("normals", [&] { return estimate_normals(surface, points, threads, statistics); });
     if (!estimated)
         return estimated.error();
-    VertexNormals &normals = *estimated;
+    scan.normals = std::move(*estimated);
     surface.station_ids = {};
+    surface.normals = {}; // scan.normals has them
     if (surface.point_count() > 0)
-        bounds = bounds_of(surface);
-    Result<ChosenGrid> chosen =
-        clock.run("choose grid", [&] { return choose_grid(surface, bounds, normals.normals, request, threads); });
+        scan.bounds = bounds_of(surface);
+    Result<ChosenGrid> chosen = clock.run(
+        "choose grid", [&] { return choose_grid(surface, scan.bounds, scan.normals.normals, request, threads); });
     if (!chosen)
         return chosen.error();
     if (!chosen->reason.empty())
         statistics.report("depth", Fate::estimated, chosen->reason);
-    Grid &grid = chosen->grid;
-    report_steps(single_precision, grid.voxel_size, statistics);
+    scan.grid = chosen->grid;
+    report_steps(single_precision, scan.grid.voxel_size, statistics);
     if (!options.grid.voxel_size && !options.grid.like)
-        report_precision(bounds, grid, statistics);
-    Result<Voxels> voxels =
-        sample_and_voxelize(surface, bounds, normals, set, *fields, grid, {options, statistics, clock});
+        report_precision(scan.bounds, scan.grid, statistics);
+    return scan;
+}
+
+// Makes the points of a part. The surface stays in `scan`.
+Result<Part> make_part(Prepared &scan, const PartNumber &number, const Run &run) {
+    Result<Voxels> voxels = sample_and_voxelize(scan, number, run);
     if (!voxels)
         return voxels.error();
-    if (voxels->codes.size() > kMaxPoints)
-        return too_large(std::to_string(voxels->codes.size()) + " points, a .pbvg file holds 2^32 - 1");
-    report_made_points(surface, options, statistics);
-    normals = {};
-    clock.run("choose radii", [&] { choose_radii(*voxels, surface, grid.depth, threads); });
+    report_made_points(scan.surface, run.options, run.statistics);
+    scan.normals = {};
+    Part part;
+    part.parameters.grid = scan.grid;
+    part.parameters.attributes = scan.set;
+    part.parameters.fields = std::move(scan.fields);
+    part.parameters.materials = choose_materials(scan.surface, scan.set);
+    part.metadata = std::move(scan.metadata);
+    part.has_points = scan.surface.point_count() > 0;
+    part.voxels = std::move(*voxels);
+    return part;
+}
+
+// Whether rays will be tested against the triangles of the surface.
+bool needs_triangles(const BuildOptions &options, bool has_points) {
+    const auto &shadows = options.scene.shadows;
+    return shadows && !shadows->maps && !has_points;
+}
+
+// Computes what needs the neighbours of points, or all of them. `triangles`: of needs_triangles.
+Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &run) {
+    const int threads = run.options.threads;
+    BuildStatistics &statistics = run.statistics;
+    Voxels &voxels = whole.voxels;
+    if (voxels.codes.size() > kMaxPoints)
+        return too_large(std::to_string(voxels.codes.size()) + " points, a .pbvg file holds 2^32 - 1");
+    const Grid grid = whole.parameters.grid;
+    run.clock.run("choose radii", [&] { choose_radii(voxels, whole.has_points, grid.depth, threads); });
 
     Model model;
-    model.parameters.grid = grid;
-    model.parameters.attributes = set;
-    model.parameters.fields = std::move(*fields);
-    model.parameters.materials = choose_materials(surface, set);
-    model.metadata = std::move(*metadata);
-    if (Status furnished = furnish(std::move(surface), *voxels, model, {options, statistics, clock}); !furnished)
+    model.parameters = std::move(whole.parameters);
+    model.metadata = std::move(whole.metadata);
+    if (Status furnished = furnish(std::move(triangles), voxels, model, run); !furnished)
         return furnished.error();
-    clock.run("octree", [&] {
-        LevelMasks masks = encode_octree(voxels->codes, grid.depth);
-        voxels->codes = {};
+    run.clock.run("octree", [&] {
+        LevelMasks masks = encode_octree(voxels.codes, grid.depth);
+        voxels.codes = {};
         model.levels.resize(masks.size());
         for (std::size_t level = 0; level < masks.size(); ++level)
             model.levels[level].masks = std::move(masks[level]);
-        model.levels.back().points = std::move(voxels->points);
-        model.levels.back().fields = std::move(voxels->fields);
+        model.levels.back().points = std::move(voxels.points);
+        model.levels.back().fields = std::move(voxels.fields);
     });
-    clock.run("detail levels", [&] { average_levels(model, threads); });
+    run.clock.run("detail levels", [&] { average_levels(model, threads); });
 
     statistics.points = model.point_count();
     statistics.depth = grid.depth;
@@ -310,8 +375,8 @@ Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &opt
     return model;
 }
 
-Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOptions &options,
-                             BuildStatistics &statistics, const Progress &progress) {
+Result<std::vector<Surface>> read_surfaces(std::span<const std::string> inputs, const Run &run) {
+    const BuildOptions &options = run.options;
     const Result<std::vector<PosedScan>> scans = posed_scans(inputs, options.poses);
     if (!scans)
         return scans.error();
@@ -320,9 +385,8 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
         field_names.push_back(field.name);
     std::vector<Surface> surfaces;
     for (const PosedScan &scan : *scans) {
-        StepClock clock(statistics, progress);
         const std::string name = scans->size() > 1 ? name_of(scan.file) : "";
-        Result<Surface> surface = clock.run("read", [&](auto read_progress) {
+        Result<Surface> surface = run.clock.run("read", [&](auto read_progress) {
             return read_surface(scan.file, {.is_one_of_several = scans->size() > 1,
                                             .strict = options.strict,
                                             .format = options.input_format,
@@ -341,7 +405,83 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
         place(*surface, options.placement);
         surfaces.push_back(std::move(*surface));
     }
-    return build_model(std::move(surfaces), options, statistics, progress);
+    return surfaces;
+}
+
+} // namespace
+
+Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &options, BuildStatistics &statistics,
+                          const Progress &progress) {
+    StepClock clock(statistics, progress);
+    const Run run{options, statistics, clock};
+    Result<Prepared> scan = prepare(std::move(surfaces), run);
+    if (!scan)
+        return scan.error();
+    Result<Part> whole = make_part(*scan, {}, run);
+    if (!whole)
+        return whole.error();
+    std::optional<Surface> triangles;
+    if (needs_triangles(options, whole->has_points))
+        triangles = std::move(scan->surface);
+    scan->surface = {};
+    return finish(std::move(*whole), std::move(triangles), run);
+}
+
+Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOptions &options,
+                             BuildStatistics &statistics, const Progress &progress) {
+    StepClock clock(statistics, progress);
+    Result<std::vector<Surface>> surfaces = read_surfaces(inputs, {options, statistics, clock});
+    if (!surfaces)
+        return surfaces.error();
+    return build_model(std::move(*surfaces), options, statistics, progress);
+}
+
+Result<Part> read_and_build_part(std::span<const std::string> inputs, const PartNumber &number,
+                                 const BuildOptions &options, BuildStatistics &statistics, const Progress &progress) {
+    StepClock clock(statistics, progress);
+    const Run run{options, statistics, clock};
+    Result<std::vector<Surface>> surfaces = read_surfaces(inputs, run);
+    if (!surfaces)
+        return surfaces.error();
+    Result<Prepared> scan = prepare(std::move(*surfaces), run);
+    if (!scan)
+        return scan.error();
+    Result<Part> part = make_part(*scan, number, run);
+    if (part)
+        part->statistics = statistics;
+    return part;
+}
+
+Result<Model> merge_parts(std::vector<Part> parts, std::span<const std::string> inputs, const BuildOptions &options,
+                          BuildStatistics &statistics, const Progress &progress) {
+    StepClock clock(statistics, progress);
+    const Run run{options, statistics, clock};
+    Part whole = clock.run("join", [&] { return join(std::move(parts)); });
+    if (whole.voxels.codes.empty())
+        return transparent();
+    if (whole.statistics.samples > options.max_samples)
+        return out_of_memory("the parts have " + std::to_string(whole.statistics.samples) +
+                             " samples together, the limit is " + std::to_string(options.max_samples) +
+                             "; choose a smaller --depth");
+    std::optional<Surface> triangles;
+    if (needs_triangles(options, whole.has_points)) {
+        BuildStatistics ignored;
+        Result<std::vector<Surface>> surfaces = read_surfaces(inputs, run);
+        if (!surfaces)
+            return surfaces.error();
+        Result<Surface> gathered = gather(std::move(*surfaces), {options, ignored, clock});
+        if (!gathered)
+            return gathered.error();
+        triangles = std::move(*gathered);
+    }
+    BuildStatistics &of_parts = whole.statistics;
+    statistics.attributes.insert(statistics.attributes.end(), of_parts.attributes.begin(), of_parts.attributes.end());
+    statistics.input_bytes = of_parts.input_bytes;
+    statistics.vertices = of_parts.vertices;
+    statistics.triangles = of_parts.triangles;
+    statistics.samples = of_parts.samples;
+    statistics.made_points = of_parts.made_points;
+    return finish(std::move(whole), std::move(triangles), run);
 }
 
 namespace {

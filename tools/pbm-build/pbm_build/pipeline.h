@@ -10,6 +10,7 @@
 #include "pbm_build/grid/placement.h"
 #include "pbm_build/mesh_repair/repair_mesh.h"
 #include "pbm_build/normals/estimate_normals.h"
+#include "pbm_build/parts/part.h"
 #include "pbm_build/report/build_statistics.h"
 #include "pbm_build/scene/scene.h"
 #include "pbm_format/model/model.h"
@@ -49,7 +50,7 @@ struct BuildOptions {
     std::optional<int> upsample;                   // largest gap, voxels; upsample.h
     bool strict = false;                           // refuse the input instead of dropping any of it
     int threads = 0;                               // 0: one per processor
-    std::uint64_t max_hit_bytes = std::uint64_t{4} << 30; // of hits (hit_store.h) and of made points, each
+    std::uint64_t max_samples = std::uint64_t{1} << 31; // pairs of a voxel and a triangle or point
 };
 
 // Builds a model with all levels, without panorama, from surfaces in the model's coordinates. The result does not
@@ -58,7 +59,7 @@ struct BuildOptions {
 // errors  unsupported_feature  more than kMaxMaterials materials, that of the ground plane included
 //         bad_input            with `strict`: vertices that no triangle uses
 //         too_large, usage     see grid_choice.h; more than kMaxPoints points
-//         memory               more samples or made points than max_hit_bytes hold
+//         memory               more samples than max_samples, or too many made points
 Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &options, BuildStatistics &statistics,
                           const Progress &progress = {});
 
@@ -69,6 +70,18 @@ inline std::string name_of(const std::string &input) { return input == "-" ? "st
 // several. The caller adds the panorama (make_panorama).
 Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOptions &options,
                              BuildStatistics &statistics, const Progress &progress = {});
+
+// The two halves of read_and_build for several processes: each reads all inputs and makes a part of the points, and one
+// joins all parts of the scan, in their order. The parts give the model that read_and_build gives. Inputs are read again
+// for shadows that rays cast.
+//
+// errors  as read_and_build; memory  a part or all of them have more than max_samples, where read_and_build would choose
+//         a coarser grid
+Result<Part> read_and_build_part(std::span<const std::string> inputs, const PartNumber &number,
+                                 const BuildOptions &options, BuildStatistics &statistics,
+                                 const Progress &progress = {});
+Result<Model> merge_parts(std::vector<Part> parts, std::span<const std::string> inputs, const BuildOptions &options,
+                          BuildStatistics &statistics, const Progress &progress = {});
 
 // Writes the file (write_model) and counts its bytes.
 Status write(const std::string &output, const Model &model, const BuildOptions &options, BuildStatistics &statistics,

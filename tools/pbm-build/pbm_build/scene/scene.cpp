@@ -152,12 +152,7 @@ int ground_maps(const SceneRequest &request, const Scene &scene, std::size_t lig
     return static_cast<int>(std::clamp<double>(std::ceil(penumbra / texel / kPenumbraStep), maps, kMaxGroundMaps));
 }
 
-// Absent if no light casts shadows, if shadow maps are requested, or if the surface has points of its own, which rays
-// would miss.
-std::optional<TriangleTree> triangles_for_rays(const SceneRequest &request, const Scene &scene, const Surface &surface,
-                                               const Grid &grid, int threads) {
-    if (surface.point_count() > 0 || scene.shadowed_lights == 0 || request.shadows->maps)
-        return std::nullopt;
+TriangleTree tree_of(const Surface &surface, const Grid &grid, int threads) {
     const auto corner = [&](std::uint32_t position) {
         const glm::vec3 at((surface.positions[position] - vector_of(grid.origin)) / grid.voxel_size);
         return Position{at.x, at.y, at.z};
@@ -166,7 +161,7 @@ std::optional<TriangleTree> triangles_for_rays(const SceneRequest &request, cons
         const glm::uvec3 &corners = surface.triangles[i];
         return TriangleTree::Triangle{corner(corners.x), corner(corners.y), corner(corners.z)};
     };
-    return std::optional<TriangleTree>(std::in_place, surface.triangles.size(), triangle, threads);
+    return TriangleTree(surface.triangles.size(), triangle, threads);
 }
 
 } // namespace
@@ -224,19 +219,21 @@ void choose_shadow_bits(const SceneRequest &request, const Scene &scene, int dep
     }
 }
 
-void bake_shadows(const SceneRequest &request, const Scene &scene, Surface surface, Voxels &voxels, Model &model,
-                  const BakeOptions &options) {
+void bake_shadows(const SceneRequest &request, const Scene &scene, std::optional<Surface> triangles, Voxels &voxels,
+                  Model &model, const BakeOptions &options) {
     const Grid &grid = model.parameters.grid;
     const AttributeSet &set = model.parameters.attributes;
-    const std::optional<TriangleTree> triangles = triangles_for_rays(request, scene, surface, grid, options.threads);
-    surface = {};
+    std::optional<TriangleTree> tree;
+    if (triangles && scene.shadowed_lights > 0)
+        tree.emplace(tree_of(*triangles, grid, options.threads));
+    triangles.reset();
     const ShadowCasters casters(
         grid,
         {.level = grid.depth, .codes = voxels.codes, .normals = voxels.points.normals, .radii = voxels.points.radii},
         options.threads);
     std::optional<ShadowRays> rays;
-    if (triangles)
-        rays.emplace(casters, *triangles, options.threads);
+    if (tree)
+        rays.emplace(casters, *tree, options.threads);
     for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light) {
         ShadowOptions shadow = shadow_options(request, scene, light, options.threads);
         shadow.rays = rays ? &*rays : nullptr;

@@ -93,11 +93,10 @@ struct BakeOptions {
 };
 
 // Computes the lit fractions of the finest points and of the ground plane, for all lights with a stream. `model` has
-// its grid and attributes. Rays are tested against the triangles of `surface` where it consists of triangles alone and
-// the request names no number of shadow maps; otherwise only voxels cast shadows. Takes ownership of `surface` and
-// frees it as soon as the tree of its triangles is built.
-void bake_shadows(const SceneRequest &request, const Scene &scene, Surface surface, Voxels &voxels, Model &model,
-                  const BakeOptions &options);
+// its grid and attributes. Rays are tested against `triangles`, which are freed as soon as their tree is built; without
+// them only voxels cast shadows.
+void bake_shadows(const SceneRequest &request, const Scene &scene, std::optional<Surface> triangles, Voxels &voxels,
+                  Model &model, const BakeOptions &options);
 
 // Computes the texture values of the finest points and of the ground plane. `model` has its grid.
 void evaluate_solid_texture(const SceneRequest &request, const Scene &scene, Voxels &voxels, Model &model, int threads);

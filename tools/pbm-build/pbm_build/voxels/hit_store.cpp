@@ -10,28 +10,32 @@ namespace {
 constexpr int kMaxBucketLevel = 5; // a surface touches a few thousand of the 32,768 nodes
 static_assert(3 * (kMaxDepth - kMaxBucketLevel) + kSourceBits <= 64);
 constexpr std::size_t kFirstChunk = 128, kLargestChunk = 8192; // words
+constexpr std::uint64_t kCountedAtOnce = 1 << 12;
 constexpr std::size_t kSlab = std::size_t{1} << 15;            // words, 64 KiB
 
 } // namespace
 
-HitStore::HitStore(int depth, int writers, std::uint64_t max_bytes)
-    : bucket_level_(std::clamp(depth - kBlockBits / 3, 1, kMaxBucketLevel)), local_bits_(3 * (depth - bucket_level_)),
+int HitStore::bucket_level(int depth) { return std::clamp(depth - kBlockBits / 3, 1, kMaxBucketLevel); }
+
+HitStore::HitStore(int depth, int writers, std::uint64_t max_hits)
+    : bucket_level_(bucket_level(depth)), local_bits_(3 * (depth - bucket_level_)),
       local_mask_((MortonCode{1} << local_bits_) - 1),
-      block_mask_((MortonCode{1} << std::min(local_bits_, kBlockBits)) - 1), max_bytes_(max_bytes),
+      block_mask_((MortonCode{1} << std::min(local_bits_, kBlockBits)) - 1), max_hits_(max_hits),
       writers_(static_cast<std::size_t>(writers)) {
     for (Writer &writer : writers_)
         writer.lists.resize(bucket_count());
 }
 
-// Ends the last record: writes the number of its hits.
-void HitStore::finish(List &list) {
+// Ends the last record: writes the number of its hits, and returns it.
+std::uint64_t HitStore::finish(List &list) {
     if (list.head == nullptr)
-        return;
+        return 0;
     const auto hits = static_cast<std::uint64_t>(list.next - list.head) - kHeadWords;
     const std::uint64_t head = list.record | hits << kCountShift;
     std::memcpy(list.head, &head, sizeof head);
     list.hits += hits;
     list.head = nullptr;
+    return hits;
 }
 
 void HitStore::grow(Slab &slab, List &list) {
@@ -47,14 +51,15 @@ void HitStore::grow(Slab &slab, List &list) {
     slab.used += capacity;
     list.next = list.chunks.back().words.get();
     list.end = list.next + capacity;
-    bytes_.fetch_add(capacity * sizeof(Word), std::memory_order_relaxed);
 }
 
 // Begins a record with room for `hits`, at most a chunk.
-void HitStore::start(Slab &slab, List &list, std::uint64_t record, std::size_t hits) {
-    finish(list);
+void HitStore::start(Writer &writer, List &list, std::uint64_t record, std::size_t hits) {
+    writer.uncounted += finish(list);
+    if (writer.uncounted >= kCountedAtOnce)
+        counted_.fetch_add(std::exchange(writer.uncounted, 0), std::memory_order_relaxed);
     while (static_cast<std::size_t>(list.end - list.next) < kHeadWords + hits)
-        grow(slab, list);
+        grow(writer.slab, list);
     list.head = std::exchange(list.next, list.next + kHeadWords);
     list.record = record;
 }
@@ -70,7 +75,7 @@ void HitStore::add(int writer, std::span<const MortonCode> codes, std::uint32_t 
     }
     Writer &own = writers_[static_cast<std::size_t>(writer)];
     List &list = own.lists[codes.front() >> local_bits_];
-    start(own.slab, list, record_of(codes.front(), source), codes.size());
+    start(own, list, record_of(codes.front(), source), codes.size());
     std::transform(codes.begin(), codes.end(), std::exchange(list.next, list.next + codes.size()),
                    [this](MortonCode code) { return in_block(code); });
 }

@@ -20,6 +20,12 @@ inline constexpr std::uint64_t kMaxSources = std::uint64_t{1} << kSourceBits; //
 inline std::uint32_t source_of(Hit hit) { return static_cast<std::uint32_t>(hit & (kMaxSources - 1)); }
 inline MortonCode local_code_of(Hit hit) { return hit >> kSourceBits; }
 
+// Consecutive buckets: a range of the Morton curve.
+struct BucketRange {
+    std::size_t first = 0, last = 0; // one behind
+    bool holds(std::size_t bucket) const { return first <= bucket && bucket < last; }
+};
+
 // Each writer belongs to one thread. The order of hits within a bucket depends on the threads; results computed from
 // them must not.
 //
@@ -30,17 +36,18 @@ class HitStore {
     // Bits of a Morton code within a block of 32x32x32 voxels, the unit of voxelize. A bucket is one block where the
     // depth allows, else several.
     static constexpr int kBlockBits = 15;
-    static constexpr std::uint64_t kMinHitBytes = 2; // that a hit takes
 
-    // full() becomes true when the hits exceed `max_bytes`; the caller then stops.
-    HitStore(int depth, int writers, std::uint64_t max_bytes);
+    // full() becomes true soon after the hits exceed `max_hits`; the caller then stops.
+    HitStore(int depth, int writers, std::uint64_t max_hits);
 
+    // Octree level of the buckets' nodes.
+    static int bucket_level(int depth);
     std::size_t bucket_count() const { return std::size_t{1} << (3 * bucket_level_); }
+    BucketRange all_buckets() const { return {0, bucket_count()}; }
     int local_bits() const { return local_bits_; } // of a Morton code within its bucket, at most 33
     int writers() const { return static_cast<int>(writers_.size()); }
-    std::uint64_t bytes() const { return bytes_.load(std::memory_order_relaxed); }
-    std::uint64_t max_bytes() const { return max_bytes_; }
-    bool full() const { return bytes() > max_bytes_; }
+    std::uint64_t max_hits() const { return max_hits_; }
+    bool full() const { return counted_.load(std::memory_order_relaxed) > max_hits_; }
     std::uint64_t size() const; // hits
 
     void add(int writer, MortonCode code, std::uint32_t source) {
@@ -48,7 +55,7 @@ class HitStore {
         List &list = own.lists[code >> local_bits_];
         const std::uint64_t record = record_of(code, source);
         if (record != list.record || list.next == list.end)
-            start(own.slab, list, record, 1);
+            start(own, list, record, 1);
         *list.next++ = in_block(code);
     }
 
@@ -83,21 +90,22 @@ class HitStore {
     struct Writer {
         std::vector<List> lists; // [bucket_count()]
         Slab slab{};             // of the next chunks
+        std::uint64_t uncounted = 0;
     };
 
     Word in_block(MortonCode code) const { return static_cast<Word>(code & block_mask_); }
     std::uint64_t record_of(MortonCode code, std::uint32_t source) const {
         return (code & local_mask_) >> kBlockBits << kSourceBits | source;
     }
-    void start(Slab &slab, List &list, std::uint64_t record, std::size_t hits);
-    void grow(Slab &slab, List &list);
-    static void finish(List &list);
+    void start(Writer &writer, List &list, std::uint64_t record, std::size_t hits);
+    static void grow(Slab &slab, List &list);
+    static std::uint64_t finish(List &list);
 
     int bucket_level_;
     int local_bits_;
     MortonCode local_mask_, block_mask_; // bits within a bucket, within a block of it
-    std::uint64_t max_bytes_;
-    std::atomic<std::uint64_t> bytes_{0};
+    std::uint64_t max_hits_;
+    std::atomic<std::uint64_t> counted_{0}; // hits, but for the last ones of each writer
     std::vector<Writer> writers_;
 };
 

@@ -4,6 +4,8 @@
 #include "pbm_build/voxels/triangle_voxels.h"
 #include "system/threads/parallel.h"
 
+#include <glm/common.hpp>
+
 #include <algorithm>
 #include <mutex>
 
@@ -18,6 +20,23 @@ int largest_axis(const glm::dvec3 &n) {
 }
 
 } // namespace
+
+MortonCode SurfaceSampler::first_voxel(std::size_t i) const {
+    return code_of(voxel_of(lattice_[is_triangle(i) ? surface_.triangles[i].x : vertex_of_point(i)]));
+}
+
+bool SurfaceSampler::may_touch(std::size_t i, MortonCode first, MortonCode last) const {
+    glm::ivec3 low, high; // a box has no codes below its lowest corner's, and none above its highest one's
+    if (is_triangle(i)) {
+        const glm::uvec3 &t = surface_.triangles[i];
+        const LatticePoint &a = lattice_[t.x], &b = lattice_[t.y], &c = lattice_[t.z];
+        low = voxel_of(glm::min(a, glm::min(b, c)));
+        high = voxel_of(glm::max(a, glm::max(b, c)));
+    } else {
+        low = high = voxel_of(lattice_[vertex_of_point(i)]);
+    }
+    return code_of(high) >= first && code_of(low) < last;
+}
 
 void SurfaceSampler::find_hits(std::size_t i, int writer, HitStore &store, SmallTriangleCodes &codes) const {
     const auto source = static_cast<std::uint32_t>(i);
@@ -61,28 +80,33 @@ SurfaceSampler::Corner SurfaceSampler::corner(std::size_t vertex) const {
     return c;
 }
 
-Status sample_points(const SurfaceSampler &sampler, HitStore &store, const std::function<void(double)> &progress) {
+Status sample_points(const SurfaceSampler &sampler, HitStore &store, const BucketRange &range,
+                     const std::function<void(double)> &progress) {
     const std::size_t count = sampler.source_count();
     if (count > kMaxSources)
         return too_large(std::to_string(count) + " triangles or points, the limit is 2^31: split the scan");
     std::atomic<std::size_t> next{0};
     std::mutex progress_mutex;
     const auto writers = static_cast<std::size_t>(store.writers());
+    const bool is_part = range.first > 0 || range.last < store.bucket_count();
+    const MortonCode first = MortonCode{range.first} << store.local_bits(),
+                     last = MortonCode{range.last} << store.local_bits();
     parallel_for(writers, store.writers(), [&](std::size_t writer) {
         SmallTriangleCodes codes;
         for (std::size_t begin = next.fetch_add(kBlock); begin < count && !store.full();
              begin = next.fetch_add(kBlock)) {
             for (std::size_t i = begin; i < std::min(begin + kBlock, count) && !store.full(); ++i)
-                sampler.find_hits(i, static_cast<int>(writer), store, codes);
+                if (!is_part || sampler.may_touch(i, first, last))
+                    sampler.find_hits(i, static_cast<int>(writer), store, codes);
             if (progress && progress_mutex.try_lock()) {
                 const std::lock_guard lock(progress_mutex, std::adopt_lock);
                 progress(static_cast<double>(begin) / static_cast<double>(count));
             }
         }
     });
-    if (store.full())
-        return out_of_memory("more than " + std::to_string(store.max_bytes() >> 20) +
-                             " MiB are needed for the samples; choose a smaller --depth, or --max-points");
+    if (store.size() > store.max_hits())
+        return out_of_memory("more than " + std::to_string(store.max_hits()) +
+                             " samples, the limit; choose a smaller --depth, or --max-points");
     return {};
 }
 

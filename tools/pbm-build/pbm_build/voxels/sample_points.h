@@ -30,6 +30,10 @@ class SurfaceSampler {
     std::span<const FieldSamples> fields() const { return fields_; }
     std::size_t source_count() const { return surface_.triangles.size() + surface_.point_count(); }
 
+    // False: source `i` passes through no voxel from `first` up to `last`, that excluded. True: it may.
+    bool may_touch(std::size_t i, MortonCode first, MortonCode last) const;
+    // The voxel of the first corner of source `i`.
+    MortonCode first_voxel(std::size_t i) const;
     // Adds every voxel that source `i` passes through. `codes` is scratch memory.
     void find_hits(std::size_t i, int writer, HitStore &store, SmallTriangleCodes &codes) const;
 
@@ -67,9 +71,11 @@ class SurfaceSampler {
 //
 // Points: one sample each.
 //
+// range     of the store's buckets: sources that touch none of them are left out
 // progress  called with 0..1, from any thread, one call at a time; may be empty
-// errors    memory     more hits than `store` holds
+// errors    memory     more hits than `store` takes
 //           too_large  more than kMaxSources triangles or points
-Status sample_points(const SurfaceSampler &sampler, HitStore &store, const std::function<void(double)> &progress = {});
+Status sample_points(const SurfaceSampler &sampler, HitStore &store, const BucketRange &range,
+                     const std::function<void(double)> &progress = {});
 
 } // namespace pbm::build

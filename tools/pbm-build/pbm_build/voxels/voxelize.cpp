@@ -222,15 +222,15 @@ class BucketVoxelizer {
 
 } // namespace
 
-Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, std::span<const Field> fields,
-                int threads) {
-    std::vector<std::unique_ptr<Voxels>> buckets(store.bucket_count()); // null: empty
+Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const BucketRange &range, const AttributeSet &set,
+                std::span<const Field> fields, int threads) {
+    std::vector<std::unique_ptr<Voxels>> buckets(range.last - range.first); // null: empty
     std::atomic<std::size_t> next{0};
     const int workers = resolve_threads(threads);
     parallel_for(static_cast<std::size_t>(workers), workers, [&](std::size_t) {
         BucketVoxelizer voxelizer(sampler, store, set, fields);
         for (std::size_t bucket = next++; bucket < buckets.size(); bucket = next++)
-            buckets[bucket] = voxelizer.voxelize(bucket);
+            buckets[bucket] = voxelizer.voxelize(range.first + bucket);
     });
 
     std::vector<std::size_t> starts(buckets.size() + 1, 0);

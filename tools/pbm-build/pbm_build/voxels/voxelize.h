@@ -17,9 +17,9 @@ struct Voxels {
     std::vector<MortonCode> made;  // those of `codes` that up-sampling filled, ascending
 };
 
-// Takes all hits out of `store`, which was filled from `sampler`, and averages their samples. `fields`: those of the
-// sampler.
-Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set, std::span<const Field> fields,
-                int threads);
+// Takes the hits in the buckets of `range` out of `store`, which was filled from `sampler`, and averages their samples.
+// `fields`: those of the sampler.
+Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const BucketRange &range, const AttributeSet &set,
+                std::span<const Field> fields, int threads);
 
 } // namespace pbm::build

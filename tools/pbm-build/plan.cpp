@@ -1,0 +1,225 @@
+#include "plan.h"
+
+#include "command_line/command_line.h"
+#include "depfile.h"
+#include "pbm_batch/memory_estimate.h"
+#include "pbm_build/parts/part_file.h"
+#include "pbm_scan/text/printable.h"
+#include "system/files/file_names.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace pbm::build {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A word as a shell reads it.
+std::string shell_word(const std::string &word) {
+    constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_@%+=:,./-";
+    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos)
+        return word;
+    std::string quoted = "'";
+    for (const char c : word)
+        quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+}
+
+// A path in a line of Ninja.
+std::string ninja_path(const std::string &path) {
+    std::string escaped;
+    for (const char c : path) {
+        if (c == '$' || c == ' ' || c == ':')
+            escaped += '$';
+        escaped += c;
+    }
+    return escaped;
+}
+
+std::string ninja_value(const std::string &text) {
+    std::string escaped;
+    for (const char c : text)
+        escaped += c == '$' ? std::string("$$") : std::string(1, c);
+    return escaped;
+}
+
+// This program and the options that all its builds get.
+std::string command_of(const Arguments &arguments) {
+    std::error_code error;
+    const fs::path self = fs::read_symlink("/proc/self/exe", error);
+    std::string command = shell_word(error ? "pbm-build" : self.string());
+    for (const std::string &word : arguments.forwarded)
+        if (word != "--if-changed=true")
+            command += " " + shell_word(word);
+    return command;
+}
+
+std::string ninja_head(const Arguments &arguments, const std::string &what) {
+    return "# Builds " + what + "; run it in the folder in which it was made:\n#   ninja -f " + arguments.plan +
+           "\nninja_required_version = 1.5\n\n";
+}
+
+// The first lines of a script, up to its last option for sbatch. `how` starts it.
+std::string slurm_head(const std::string &what, const std::string &how, const std::vector<std::string> &options) {
+    std::string text = "#!/bin/bash\n# Builds " + what + ":\n#   " + how +
+                       "\n# What sbatch is told overrules these lines.\n"
+                       "#SBATCH --job-name=pbm-build\n"
+                       "#SBATCH --cpus-per-task=1\n"
+                       "#SBATCH --requeue\n"
+                       "#SBATCH --open-mode=append\n";
+    for (const std::string &option : options)
+        text += "#SBATCH " + option + "\n";
+    return text + "\ncd " + shell_word(fs::current_path().string()) + " || exit 2\n";
+}
+
+std::string slurm_memory(std::uint64_t bytes) { return "--mem=" + std::to_string((bytes >> 20) + 1) + "M"; }
+
+std::string last_task(std::size_t tasks) { return "--array=0-" + std::to_string(tasks - 1); }
+
+int write_plan(std::string_view program, const Arguments &arguments, const std::string &text) {
+    const Status written = command_line::write_text(arguments.plan, text);
+    return written ? 0 : command_line::fail(program, command_line::output_name(arguments.plan), written.error());
+}
+
+bool is_ninja(const Arguments &arguments) { return lower_extension(arguments.plan) == ".ninja"; }
+
+// 0 unless Ninja cannot write one of the names.
+int check_names(std::string_view program, const Arguments &arguments, std::span<const std::string> names) {
+    for (const std::string &name : names)
+        if (const Status writable = check_depfile_name(name); is_ninja(arguments) && !writable)
+            return command_line::fail(program, name, writable.error());
+    return 0;
+}
+
+std::string ninja_batch(const Arguments &arguments, std::span<const batch::Scan> scans) {
+    std::string text = ninja_head(arguments, counted(scans.size(), "scan") + " of pbm-build --batch") +
+                       "rule model\n"
+                       "  command = " +
+                       ninja_value(command_of(arguments)) +
+                       " --if-changed --warnings --threads=1 --dependency-file $out.d --output $out -- $in\n"
+                       "  description = $in\n"
+                       "  depfile = $out.d\n"
+                       "  deps = gcc\n"
+                       "  restat = 1\n\n";
+    for (const batch::Scan &scan : scans)
+        text += "build " + ninja_path(scan.output) + ": model " + ninja_path(scan.input) + "\n";
+    return text;
+}
+
+std::string slurm_batch(const Arguments &arguments, std::span<const batch::Scan> scans) {
+    const batch::MemoryEstimate estimate;
+    std::uint64_t most = 0;
+    for (const batch::Scan &scan : scans)
+        most = std::max(most, estimate.of(scan.input, scan.bytes));
+    const std::size_t tasks = std::min(scans.size(), kMaxTasks);
+    const std::string folder = fs::absolute(arguments.output_folder).lexically_normal().string();
+    return slurm_head(counted(scans.size(), "scan") + " of pbm-build --batch", "sbatch " + shell_word(arguments.plan),
+                      {last_task(tasks), slurm_memory(most), "--output=" + folder + "/slurm-%a.log"}) +
+           "exec " + command_of(arguments) + " --if-changed --batch " + shell_word(arguments.batch) + " --output-dir " +
+           shell_word(arguments.output_folder) +
+           " --keep-going --warnings \\\n"
+           "    --shard \"$SLURM_ARRAY_TASK_ID/" +
+           std::to_string(tasks) +
+           "\" --threads \"${SLURM_CPUS_PER_TASK:-1}\" \\\n"
+           "    --json=" +
+           shell_word(arguments.output_folder) + "/\"shard-$SLURM_ARRAY_TASK_ID.jsonl\"\n";
+}
+
+std::string ninja_parts(const Arguments &arguments, std::span<const std::string> sources) {
+    const std::string count = std::to_string(arguments.shards), model = ninja_path(arguments.output);
+    std::string inputs, parts;
+    for (const std::string &input : arguments.inputs)
+        inputs += " " + shell_word(input);
+    std::string text = ninja_head(arguments, arguments.output + " in " + counted(arguments.shards, "part")) +
+                       "command = " + ninja_value(command_of(arguments)) +
+                       " --warnings --threads=1 --output " + ninja_value(shell_word(arguments.output)) +
+                       "\ninputs =" + ninja_value(inputs) +
+                       "\n\nrule part\n"
+                       "  command = $command --shard $shard -- $inputs\n"
+                       "  description = part $shard of " +
+                       ninja_value(arguments.output) +
+                       "\nrule model\n"
+                       "  command = $command --merge " +
+                       count +
+                       " -- $inputs\n"
+                       "  description = " +
+                       ninja_value(arguments.output) + "\n\n";
+    std::string needed;
+    for (const std::string &source : sources)
+        needed += " " + ninja_path(source);
+    for (std::uint64_t i = 0; i < arguments.shards; ++i) {
+        const std::string part = ninja_path(part_file_name(arguments.output, {i, arguments.shards}));
+        parts += " " + part;
+        text += "build " + part + ": part" + needed + "\n  shard = " + std::to_string(i) + "/" + count + "\n";
+    }
+    return text + "build " + model + ": model" + parts + " |" + needed + "\n";
+}
+
+std::string slurm_parts(const Arguments &arguments) {
+    const batch::MemoryEstimate estimate;
+    std::uint64_t need = 0;
+    std::string inputs;
+    for (const std::string &input : arguments.inputs) {
+        std::error_code error;
+        const auto bytes = fs::file_size(input, error);
+        need += error ? 0 : estimate.of(input, bytes);
+        inputs += " " + shell_word(input);
+    }
+    const std::string log = fs::absolute(arguments.output).lexically_normal().string(), script = shell_word(arguments.plan);
+    return slurm_head(arguments.output + " in " + counted(arguments.shards, "part"), "sh " + script,
+                      {slurm_memory(need), "--output=" + log + ".slurm-%a.log"}) +
+           // Started by hand, it submits itself twice.
+           "if [ -z \"$SLURM_JOB_ID\" ]; then\n"
+           "    parts=$(sbatch --parsable " +
+           last_task(arguments.shards) + " " + script +
+           ") || exit 2\n"
+           "    exec sbatch --parsable --dependency=\"afterok:$parts\" --kill-on-invalid-dep=yes \\\n"
+           "        --output=" +
+           shell_word(log + ".slurm-merge.log") + " " + script +
+           "\n"
+           "fi\n"
+           "if [ -n \"$SLURM_ARRAY_TASK_ID\" ]; then\n"
+           "    step=\"--shard=$SLURM_ARRAY_TASK_ID/" +
+           std::to_string(arguments.shards) +
+           "\"\n"
+           "else\n"
+           "    step=--merge=" +
+           std::to_string(arguments.shards) +
+           "\n"
+           "fi\n"
+           "exec " +
+           command_of(arguments) + " --output " + shell_word(arguments.output) +
+           " --warnings \\\n"
+           "    --threads \"${SLURM_CPUS_PER_TASK:-1}\" \"$step\" --" +
+           inputs + "\n";
+}
+
+} // namespace
+
+int plan_batch(std::string_view program, const Arguments &arguments, std::span<const batch::Scan> scans) {
+    if (scans.empty() || is_stream(arguments.batch) || arguments.shard.count != 1)
+        return command_line::fail_usage(program, "a plan is of a whole list or folder, not of a stream or a shard");
+    std::vector<std::string> names;
+    for (const batch::Scan &scan : scans) {
+        names.push_back(scan.input);
+        names.push_back(scan.output);
+    }
+    if (const int code = check_names(program, arguments, names); code != 0)
+        return code;
+    std::error_code error;
+    fs::create_directories(arguments.output_folder, error); // where Slurm writes logs
+    return write_plan(program, arguments,
+                      is_ninja(arguments) ? ninja_batch(arguments, scans) : slurm_batch(arguments, scans));
+}
+
+int plan_parts(std::string_view program, const Arguments &arguments, std::span<const std::string> sources) {
+    std::vector<std::string> names(sources.begin(), sources.end());
+    names.push_back(arguments.output);
+    if (const int code = check_names(program, arguments, names); code != 0)
+        return code;
+    return write_plan(program, arguments,
+                      is_ninja(arguments) ? ninja_parts(arguments, sources) : slurm_parts(arguments));
+}
+
+} // namespace pbm::build

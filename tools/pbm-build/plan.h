@@ -1,0 +1,29 @@
+// The work of a batch, or of one model in parts, as a file for those who distribute it: Ninja on one machine, Slurm on
+// many.
+#pragma once
+
+#include "options.h"
+#include "pbm_batch/scan_list.h"
+
+#include <span>
+#include <string_view>
+
+namespace pbm::build {
+
+// Write --plan. Both kinds of file call this very program with the options that it was given, so that what is
+// interrupted goes on where it was. Return the exit code: 1 if Ninja cannot write the name of a file, 2 if the file
+// cannot be written.
+
+// Of a batch.
+//   .ninja  a target for each scan, with what it reads as dependencies
+//   .slurm  a job array whose tasks build a shard each; at most kMaxTasks
+int plan_batch(std::string_view program, const Arguments &arguments, std::span<const batch::Scan> scans);
+
+// Of one model in --shards parts. `sources`: all files that are read.
+//   .ninja  a target for each part, and the model
+//   .slurm  a job array of the parts, and a job that joins them if all of them succeeded
+int plan_parts(std::string_view program, const Arguments &arguments, std::span<const std::string> sources);
+
+inline constexpr std::size_t kMaxTasks = 1000; // of a job array; Slurm's own default limit is 1,001
+
+} // namespace pbm::build
