@@ -38,7 +38,7 @@ FLOORS = {
 # folder.
 ROOMS = {
     "system": [".", "simd threads files", "processes"],
-    "format_spec/pbm_format": ["law", "hashes", "model", "container", "streams", "chunks", "rasters", "reading", "checking", "writing"],
+    "format_spec/pbm_format": ["law", "hashes", "model", "levels", "container", "streams", "chunks", "rasters", "reading", "checking", "writing"],
     "runtime/pbm_render": [
         "camera picture", "appearance", "surroundings", "bricks", "splats shading", "detail", "fast fine reference"],
     "runtime/viewer": [
