@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""pbm-build --max-memory: the same bytes in less memory, and temporary files without names: memory.py PROGRAMS WORK_FOLDER"""
+"""--max-memory of pbm-build and pbm-validate: the same bytes and verdicts in less memory, and temporary files without
+names: memory.py PROGRAMS WORK_FOLDER"""
 
 import os
 import pathlib
+import resource
 import shutil
 import signal
 import subprocess
@@ -18,12 +20,33 @@ def check(condition, message):
         failed.append(message)
 
 
-def run(*command):
-    """Exit code, what it said, and its largest resident memory."""
-    process = subprocess.Popen([str(c) for c in command], stderr=subprocess.PIPE, text=True)
-    said = process.stderr.read()
+def run(*command, data=resource.RLIM_INFINITY):
+    """Exit code, what it said, and its largest resident memory. `data`: bytes of its own that the system gives it."""
+    process = subprocess.Popen([str(c) for c in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                               preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (data, data)))
+    said = process.stdout.read()
     _, status, usage = os.wait4(process.pid, 0)
     return os.waitstatus_to_exitcode(status), said, usage.ru_maxrss * 1024
+
+
+def check_validation(programs):
+    """A check holds a few chunks at a time, of any model. The system's limit leaves out the pages of the mapped file."""
+    subprocess.run([programs / "pbm-build", "scan.ply", "-q", "--depth", "11", "-o", "model.pbvg"], check=True)
+    with open("model.pbvg", "rb") as file:
+        decoded = int.from_bytes(file.read(72)[64:], "little")
+    validate = [programs / "pbm-validate", "-j", "1", "model.pbvg"]
+    for level in ([], ["--deep"]):
+        code, verdict, _ = run(*validate, *level)
+        print(verdict.strip(), f"{decoded / MEGA:.0f} MB decoded")
+        check(code == 0 and verdict.startswith("VALID"), f"{level}: {code} {verdict}")
+        for limit in (8 * MEGA, 24 * MEGA):
+            code, said, _ = run(*validate, *level, "--max-memory", str(limit), data=limit + limit // 4 + 2 * MEGA)
+            check(code == 0 and said == verdict, f"another verdict within {limit}: {code} {said}")
+            check(decoded > 4 * limit, "the model is too small for this test")
+    code, said, _ = run(*validate, "--max-memory", str(8 * MEGA), data=3 * MEGA)
+    check(code == 4 and "out of memory" in said, f"the system gives more than its limit: {code} {said}")
+    code, said, _ = run(*validate, "--max-memory", "500k")
+    check(code == 4 and "the model needs" in said, f"500k: {code} {said}")
 
 
 def main():
@@ -57,6 +80,8 @@ def main():
 
     code, said, _ = run(*build, "--max-memory", "1G", "--temp-dir", "none", "-o", "x.pbvg")
     check(code == 2 and "--temp-dir none: cannot make a temporary file" in said, f"no folder: {code} {said}")
+
+    check_validation(programs)
     print("\n".join(failed))
     return 1 if failed else 0
 

@@ -38,7 +38,7 @@ FLOORS = {
 # folder.
 ROOMS = {
     "system": [".", "simd threads files", "processes"],
-    "format_spec/pbm_format": ["law", "hashes", "model", "container", "streams", "chunks", "rasters", "reading", "checking", "writing"],
+    "format_spec/pbm_format": ["law", "hashes", "model", "levels", "container", "streams", "chunks", "rasters", "reading", "checking", "writing"],
     "runtime/pbm_render": [
         "camera picture", "appearance", "surroundings", "bricks", "splats shading", "detail", "fast fine reference"],
     "runtime/viewer": [
@@ -61,7 +61,7 @@ MOST_FILES = 17  # sources and headers that one folder shows
 HOMES = {
     r"zstd.*\.h": r"format_spec/pbm_format/(streams/frame|writing/frame_encoder)\.cpp|tools/pbm-build/pbm_scan/packing/compressed\.cpp",
     r"zlib\.h": r"tools/pbm-build/pbm_scan/packing/compressed\.cpp",
-    r"xxh.*\.h": r"format_spec/pbm_format/hashes/hash(_avx2|_avx512)?\.cpp",
+    r"xxh.*\.h": r"format_spec/pbm_format/hashes/(hash(_avx2|_avx512)?|unordered_hash)\.cpp",
     r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|command_line/json_report\.cpp|tools/.*\.cpp|tools/pbm-build/pbm_scan/gltf/gltf_json\.h|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools|data)/.*",
     # In the builder only what runs once per sample or point: vectors elsewhere are the compiler's.

@@ -1,9 +1,10 @@
 #include "point_stream.h"
 
-#include "system/threads/parallel.h"
+#include "pbm_format/chunks/chunk_walk.h"
+#include "system/threads/per_thread.h"
 
 #include <algorithm>
-#include <memory>
+#include <cassert>
 #include <optional>
 
 namespace pbm {
@@ -13,13 +14,14 @@ struct ChunkWithFields : Chunk {
     std::vector<Bytes> fields; // stored values
 };
 
-// A chunk of the wanted level, its parent chunk, and the codes of its points' parents.
-struct Job {
-    std::size_t chunk = 0;
-    std::shared_ptr<const ChunkWithFields> parent;
-    std::vector<MortonCode> parents;
-    Result<Bytes> rows = Bytes();
+// What is kept of a chunk: of the wanted level its rows, of those above what the chunks below need.
+struct ChunkData {
+    ChunkWithFields chunk;
+    std::vector<MortonCode> codes; // of its points
+    Status status;
+    Bytes rows;
 };
+using Walked = WalkedChunk<ChunkData>;
 
 std::vector<Bytes> root_values(const FieldReader *fields) {
     std::vector<Bytes> values;
@@ -28,105 +30,80 @@ std::vector<Bytes> root_values(const FieldReader *fields) {
     return values;
 }
 
-// Traverses the tree of chunks depth first, which is the Morton order of the points, and runs jobs in batches.
-class ChunkWalk {
+class PointStream {
   public:
     // `fields`: of a file that has some, with the directories of the levels; or null.
-    ChunkWalk(Reader &reader, const FieldReader *fields, const StreamOptions &options, std::size_t batch,
-              const PointSink &sink)
-        : reader_(reader), fields_(fields), options_(options), batch_(batch), sink_(sink) {
-        for (int level = 1; level <= options.level; ++level)
-            directories_.push_back(reader.directory(level).value());
-        next_.resize(directories_.size(), 0);
-    }
+    PointStream(Reader &reader, const FieldReader *fields, const StreamOptions &options, const PointSink &sink)
+        : reader_(reader), fields_(fields), options_(options), sink_(sink) {}
 
-    Status run() {
-        const std::vector<MortonCode> root{0};
-        const auto root_chunk =
-            std::make_shared<const ChunkWithFields>(ChunkWithFields{reader_.root_chunk(), root_values(fields_)});
-        while (next_.front() < directories_[0]->chunks.size())
-            if (Status status = visit(1, root_chunk, root, 0); !status)
-                return status;
-        return flush();
+    Status run(std::vector<const LevelDirectory *> directories, const WalkLimits &limits) {
+        const auto chunks = static_cast<double>(directories.back()->chunks.size());
+        Walked root{.loaded = true};
+        root.data.chunk = {reader_.root_chunk(), root_values(fields_)};
+        root.data.codes = {0};
+        Status status;
+        ChunkWalk<ChunkData>(std::move(directories), limits)
+            .run(
+                root,
+                [this](Walked &chunk) {
+                    chunk.data.status = load(chunk);
+                    return chunk.data.status.ok();
+                },
+                [&](std::span<Walked> batch) {
+                    for (Walked &chunk : batch) {
+                        status = std::move(chunk.data.status);
+                        if (status && chunk.level == options_.level)
+                            status = sink_.write(chunk.data.rows);
+                        if (!status)
+                            return false;
+                    }
+                    if (sink_.progress && batch.front().level == options_.level)
+                        sink_.progress(static_cast<double>(batch.back().index + 1) / chunks);
+                    return true;
+                });
+        return status;
     }
 
   private:
-    // Visits the next chunk of `level`; `parents` are the codes of the level above from its node `first` on.
-    Status visit(int level, const std::shared_ptr<const ChunkWithFields> &parent, std::span<const MortonCode> parents,
-                 std::uint64_t first) {
-        const auto index = static_cast<std::size_t>(level) - 1;
-        const std::size_t chunk = next_[index]++;
-        const ChunkEntry &entry = directories_[index]->chunks[chunk];
-        const auto own = parents.subspan(static_cast<std::size_t>(entry.first_node - first), entry.shape.nodes);
-        if (level == options_.level) {
-            jobs_.push_back({chunk, parent, {own.begin(), own.end()}});
-            return jobs_.size() < batch_ ? Status() : flush();
-        }
-        const auto decoded = std::make_shared<ChunkWithFields>();
-        if (Status status = load(level, chunk, *parent, *decoded); !status)
+    Status load(Walked &walked) const {
+        const ChunkEntry &entry = *walked.entry;
+        const ChunkData &above = walked.above->data;
+        const std::uint64_t first = walked.above->entry == nullptr ? 0 : walked.above->entry->first_point;
+        const bool is_last = walked.level == options_.level;
+        ChunkWithFields &chunk = is_last ? per_thread<ChunkWithFields>() : walked.data.chunk;
+        if (Status status = load(walked, entry.first_node - first, chunk); !status)
             return status;
-        const Result<std::vector<MortonCode>> codes = expand_level(own, decoded->masks, entry.shape.points);
+        Result<std::vector<MortonCode>> codes = expand_level(
+            std::span(above.codes).subspan(static_cast<std::size_t>(entry.first_node - first), entry.shape.nodes),
+            chunk.masks, entry.shape.points);
         if (!codes)
             return codes.error();
-        const std::vector<ChunkEntry> &below = directories_[index + 1]->chunks;
-        std::size_t &next = next_[index + 1];
-        while (next < below.size() && below[next].shape.parent_chunk == chunk)
-            if (Status status = visit(level + 1, decoded, *codes, entry.first_point); !status)
-                return status;
+        if (is_last)
+            walked.data.rows = sink_.encode({*codes, chunk.points, chunk.fields});
+        else
+            walked.data.codes = std::move(*codes);
         return {};
     }
 
-    // Decodes a chunk and its fields.
-    Status load(int level, std::size_t index, const ChunkWithFields &parent, ChunkWithFields &to) const {
-        if (Status status = reader_.load_chunk(level, index, parent, to); !status || fields_ == nullptr)
+    // Loads the chunk and its fields. Its nodes are the points of its parent chunk from `first_node` on.
+    Status load(const Walked &walked, std::uint64_t first_node, ChunkWithFields &to) const {
+        const ChunkWithFields &above = walked.above->data.chunk;
+        if (Status status = reader_.load_chunk(walked.level, walked.index, above, to); !status || fields_ == nullptr)
             return status;
-        const std::vector<ChunkEntry> &above = directories_[static_cast<std::size_t>(std::max(level, 2)) - 2]->chunks;
-        const ChunkEntry &entry = directories_[static_cast<std::size_t>(level) - 1]->chunks[index];
-        const std::uint64_t first = level == 1 ? 0 : above[entry.shape.parent_chunk].first_point;
         to.fields.resize(fields_->fields().size());
         for (std::size_t f = 0; f < to.fields.size(); ++f) {
             const std::uint64_t bytes = fields_->fields()[f].bytes;
-            const ByteView nodes =
-                slice(parent.fields[f], bytes * (entry.first_node - first), bytes * entry.shape.nodes);
-            if (Status status = fields_->load(level, index, f, to.masks, nodes, to.fields[f]); !status)
+            const ByteView nodes = slice(above.fields[f], bytes * first_node, bytes * walked.entry->shape.nodes);
+            if (Status status = fields_->load(walked.level, walked.index, f, to.masks, nodes, to.fields[f]); !status)
                 return status;
         }
-        return {};
-    }
-
-    Result<Bytes> rows_of(const Job &job) const {
-        ChunkWithFields chunk;
-        if (const Status status = load(options_.level, job.chunk, *job.parent, chunk); !status)
-            return status.error();
-        const Result<std::vector<MortonCode>> codes = expand_level(job.parents, chunk.masks, chunk.points.size());
-        if (!codes)
-            return codes.error();
-        return sink_.encode({*codes, chunk.points, chunk.fields});
-    }
-
-    Status flush() {
-        parallel_for(jobs_.size(), options_.threads, [&](std::size_t i) { jobs_[i].rows = rows_of(jobs_[i]); });
-        for (const Job &job : jobs_) {
-            if (!job.rows)
-                return job.rows.error();
-            if (Status status = sink_.write(*job.rows); !status)
-                return status;
-        }
-        if (sink_.progress && !jobs_.empty())
-            sink_.progress(static_cast<double>(jobs_.back().chunk + 1) /
-                           static_cast<double>(directories_.back()->chunks.size()));
-        jobs_.clear();
         return {};
     }
 
     Reader &reader_;
     const FieldReader *fields_;
     const StreamOptions &options_;
-    std::size_t batch_;
     const PointSink &sink_;
-    std::vector<const LevelDirectory *> directories_; // [level - 1]
-    std::vector<std::size_t> next_;                   // [level - 1]: next chunk
-    std::vector<Job> jobs_;
 };
 
 // Upper bound of the bytes of a decoded chunk with the codes of its points.
@@ -151,33 +128,44 @@ Status stream_points(Reader &reader, const StreamOptions &options, const PointSi
             return opened.error();
         fields = std::move(*opened);
     }
-    std::uint64_t fixed = 0;
-    for (int level = 1; level <= options.level; ++level) {
-        const Result<const LevelDirectory *> directory = reader.directory(level);
-        if (!directory)
-            return directory.error();
-        fixed += (*directory)->chunks.size() *
-                 (sizeof(ChunkEntry) + streams_of(reader.parameters().attributes).size() * sizeof(StreamEntry));
-        fixed += chunk_bytes(reader);
-        if (Status read = fields ? fields->read_directory(**directory) : Status(); !read)
-            return read;
-    }
-    // Codes of the parents, the points twice (stored and decoded), and the rows.
-    const std::uint64_t per_job =
-        2 * chunk_bytes(reader) + (sizeof(MortonCode) + sink.row_bytes) * reader.header().chunk_points;
-    if (options.max_memory < fixed + per_job)
-        return Error{ErrorCode::memory, 0,
-                     "the level needs " + std::to_string((fixed + per_job) >> 20) +
-                         " MiB of memory, more than allowed (" + std::to_string(options.max_memory >> 20) +
-                         " MiB): export a coarser level or allow more"};
     if (options.level == 0) {
         const PointAttributes root = root_points(reader.header().root, reader.parameters().attributes);
         const std::vector<MortonCode> codes{0};
         return sink.write(sink.encode({codes, root, root_values(fields ? &*fields : nullptr)}));
     }
-    const std::uint64_t useful = 2 * static_cast<std::uint64_t>(resolve_threads(options.threads));
-    const auto batch = static_cast<std::size_t>(std::min(useful, (options.max_memory - fixed) / per_job));
-    return ChunkWalk(reader, fields ? &*fields : nullptr, options, batch, sink).run();
+    std::uint64_t fixed = 0;
+    std::vector<const LevelDirectory *> directories{nullptr};
+    for (int level = 1; level <= options.level; ++level) {
+        const Result<const LevelDirectory *> directory = reader.directory(level);
+        if (!directory)
+            return directory.error();
+        directories.push_back(*directory);
+        fixed += (*directory)->chunks.size() *
+                 (sizeof(ChunkEntry) + streams_of(reader.parameters().attributes).size() * sizeof(StreamEntry));
+        if (Status read = fields ? fields->read_directory(**directory) : Status(); !read)
+            return read;
+    }
+    // Rows of the wanted level and chunks of the levels above it, and for each thread the points twice (stored and
+    // decoded) with their codes.
+    const auto memory = [&](std::size_t batch, std::size_t threads) {
+        std::uint64_t sum = fixed + 2 * threads * chunk_bytes(reader);
+        for (const LevelDirectory *directory : directories)
+            if (directory != nullptr)
+                sum += ChunkWalk<ChunkData>::batch_of(*directory, batch) *
+                       (directory == directories.back() ? sink.row_bytes * reader.header().chunk_points
+                                                        : chunk_bytes(reader));
+        return sum;
+    };
+    if (options.max_memory < memory(1, 1))
+        return Error{ErrorCode::memory, 0,
+                     "the level needs " + std::to_string(memory(1, 1) >> 20) + " MiB of memory, more than allowed (" +
+                         std::to_string(options.max_memory >> 20) + " MiB): export a coarser level or allow more"};
+    const auto threads = static_cast<std::size_t>(resolve_threads(options.threads));
+    std::size_t batch = 2 * threads;
+    while (batch > 1 && memory(batch, std::min(batch, threads)) > options.max_memory)
+        --batch;
+    return PointStream(reader, fields ? &*fields : nullptr, options, sink)
+        .run(std::move(directories), {options.level, static_cast<int>(std::min(batch, threads)), batch});
 }
 
 } // namespace pbm

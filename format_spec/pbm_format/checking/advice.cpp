@@ -1,15 +1,13 @@
 #include "pbm_format/checking/advice.h"
 
-#include "pbm_format/chunks/normal_cone.h"
 #include "pbm_format/law/catalogue.h"
-#include "system/threads/parallel.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cctype>
 #include <cmath>
-#include <optional>
+#include <functional>
 
 namespace pbm {
 
@@ -81,40 +79,46 @@ std::vector<Advice> advise_on_metadata(ByteView metadata, std::uint64_t offset) 
     return advice;
 }
 
+void UsedParameters::add(const UsedParameters &other) {
+    const auto add_all = [](auto &to, const auto &from) {
+        std::transform(to.begin(), to.end(), from.begin(), to.begin(), std::logical_or<>());
+    };
+    add_all(materials, other.materials);
+    add_all(lit, other.lit);
+    octants |= other.octants;
+}
+
+UsedParameters used_parameters(const PointAttributes &points) {
+    UsedParameters used;
+    for (const std::uint8_t material : points.materials)
+        used.materials[material] = true;
+    for (std::size_t light = 0; light < points.shadows.size(); ++light)
+        used.lit[light] = std::any_of(points.shadows[light].begin(), points.shadows[light].end(),
+                                      [](std::uint8_t lit) { return lit != 0; });
+    return used;
+}
+
 namespace {
 
-void advise_on_materials(const FileContents &contents, std::vector<Advice> &advice) {
-    const ModelParameters &parameters = contents.model.parameters;
-    std::array<bool, 256> used{};
-    if (parameters.attributes.material)
-        for (const std::uint8_t material : contents.model.levels.back().points.materials)
-            used[material] = true;
-    else
-        used[0] = true;
-    if (parameters.ground)
-        used[parameters.ground->material] = true;
-    const SectionEntry &section = *find_section(contents.sections, SectionType::materials);
+void advise_on_materials(const SectionEntry &section, const ModelParameters &parameters, const UsedParameters &used,
+                         std::vector<Advice> &advice) {
     for (std::size_t m = 0; m < parameters.materials.size(); ++m)
-        if (!used[m])
+        if (!(parameters.attributes.material ? used.materials[m] : m == 0) &&
+            !(parameters.ground && parameters.ground->material == m))
             advice.push_back({broken("parameter.unused_material", section.offset + m * section.element_bytes,
                                      "material " + std::to_string(m) + " is used by nothing")});
 }
 
-void advise_on_lights(const FileContents &contents, std::vector<Advice> &advice) {
-    const Model &model = contents.model;
-    const auto dark = [](std::span<const std::uint8_t> fractions) {
-        return std::all_of(fractions.begin(), fractions.end(), [](std::uint8_t lit) { return lit == 0; });
-    };
-    for (std::size_t i = 0; i < model.parameters.lights.size(); ++i) {
-        const SectionEntry &section = *find_section(contents.sections, SectionType::lights);
-        const std::uint64_t at = section.offset + i * section.element_bytes;
-        const auto &intensity = model.parameters.lights[i].intensity;
-        const bool has_stream = static_cast<int>(i) < model.parameters.attributes.lights;
-        const bool on_ground = i < model.images.ground_lit.size() && !dark(model.images.ground_lit[i].texels);
+void advise_on_lights(const SectionEntry *section, const ModelParameters &parameters, const UsedParameters &used,
+                      const std::array<bool, kMaxLights> &lit_ground, std::vector<Advice> &advice) {
+    for (std::size_t i = 0; i < parameters.lights.size(); ++i) {
+        const std::uint64_t at = section->offset + i * section->element_bytes;
+        const auto &intensity = parameters.lights[i].intensity;
+        const bool has_stream = static_cast<int>(i) < parameters.attributes.lights;
         if (std::all_of(intensity.begin(), intensity.end(), [](float channel) { return channel == 0; }))
             advice.push_back({broken("parameter.dark_light", at + 4, "light " + std::to_string(i) + " has no intensity",
                                      "above 0", 0)});
-        else if (has_stream && !on_ground && dark(model.levels.back().points.shadows[i]))
+        else if (has_stream && !lit_ground[i] && !used.lit[i])
             advice.push_back(
                 {broken("parameter.dark_light", at, "everything lies in the shadow of light " + std::to_string(i))});
     }
@@ -132,40 +136,28 @@ double farthest_coordinate(const Grid &grid) {
 
 } // namespace
 
-std::vector<Advice> advise_on_parameters(const FileContents &contents) {
+std::vector<Advice> advise_on_parameters(std::span<const SectionEntry> sections, const ModelParameters &parameters,
+                                         const UsedParameters &used, const std::array<bool, kMaxLights> &lit_ground) {
     std::vector<Advice> advice;
-    if (const int octants = std::popcount(contents.model.levels[1].masks[0]); octants == 1)
-        advice.push_back({broken("parameter.loose_grid", find_section(contents.sections, SectionType::grid)->offset,
-                                 "all points lie in one octant of the grid", "2..8", octants)});
-    if (const double farthest = farthest_coordinate(contents.model.parameters.grid); farthest > kMaxUsualCoordinate)
+    const std::uint64_t grid_at = find_section(sections, SectionType::grid)->offset;
+    if (const int octants = std::popcount(used.octants); octants == 1)
         advice.push_back(
-            {broken("parameter.far_grid", find_section(contents.sections, SectionType::grid)->offset,
-                    "the grid reaches too far from the origin to be computed with", "at most 1e30", farthest)});
-    advise_on_materials(contents, advice);
-    advise_on_lights(contents, advice);
+            {broken("parameter.loose_grid", grid_at, "all points lie in one octant of the grid", "2..8", octants)});
+    if (const double farthest = farthest_coordinate(parameters.grid); farthest > kMaxUsualCoordinate)
+        advice.push_back(
+            {broken("parameter.far_grid", grid_at, "the grid reaches too far from the origin to be computed with",
+                    "at most 1e30", farthest)});
+    advise_on_materials(*find_section(sections, SectionType::materials), parameters, used, advice);
+    advise_on_lights(find_section(sections, SectionType::lights), parameters, used, lit_ground, advice);
     return advice;
 }
 
-std::vector<Advice> advise_on_cones(const FileContents &contents, int threads) {
-    std::vector<Advice> advice;
-    const std::uint64_t entry_bytes = chunk_entry_bytes(contents.model.parameters.attributes);
-    for (std::size_t level = 1; level < contents.directories.size(); ++level) {
-        const std::vector<ChunkEntry> &chunks = contents.directories[level].chunks;
-        const std::span<const std::uint16_t> normals = contents.model.levels[level].points.normals;
-        const std::uint64_t at =
-            find_section(contents.sections, SectionType::level_directory, static_cast<std::uint32_t>(level))->offset;
-        std::vector<NormalCone> narrowest(chunks.size());
-        parallel_for(chunks.size(), threads, [&](std::size_t i) {
-            narrowest[i] = bound_normals(normals.subspan(chunks[i].first_point, chunks[i].shape.points));
-        });
-        for (std::size_t i = 0; i < chunks.size(); ++i)
-            if (narrowest[i].cosine > chunks[i].cone.cosine)
-                advice.push_back({.what = broken("point.loose_cone", at + i * entry_bytes + 36,
-                                                 "the normal cone is wider than its normals need", narrowest[i].cosine,
-                                                 chunks[i].cone.cosine),
-                                  .chunk = static_cast<std::int64_t>(i)});
-    }
-    return advice;
+Advice advise_on_cone(std::span<const SectionEntry> sections, const AttributeSet &set, const LooseCone &cone) {
+    const std::uint64_t at =
+        find_section(sections, SectionType::level_directory, static_cast<std::uint32_t>(cone.level))->offset;
+    return {.what = broken("point.loose_cone", at + cone.chunk * chunk_entry_bytes(set) + 36,
+                           "the normal cone is wider than its normals need", cone.narrowest, cone.stored),
+            .chunk = static_cast<std::int64_t>(cone.chunk)};
 }
 
 } // namespace pbm

@@ -3,6 +3,7 @@
 
 #include "pbm_format/container/layout.h"
 
+#include <array>
 #include <vector>
 
 namespace pbm {
@@ -17,13 +18,26 @@ std::vector<Advice> advise_on_table(std::span<const SectionEntry> sections);
 // `metadata` obeys the rules of 3.3 and starts at `offset` of the file.
 std::vector<Advice> advise_on_metadata(ByteView metadata, std::uint64_t offset);
 
-// A file without errors: `model` as stored, and the directories of levels 1..depth.
-struct FileContents {
-    std::span<const SectionEntry> sections;
-    const Model &model;
-    const std::vector<LevelDirectory> &directories;
+// What the points use of the parameters.
+struct UsedParameters {
+    std::array<bool, 256> materials{};
+    std::array<bool, kMaxLights> lit{}; // some point is lit, not in shadow
+    std::uint8_t octants = 0;           // child mask of the root
+
+    void add(const UsedParameters &other);
 };
-std::vector<Advice> advise_on_parameters(const FileContents &contents);
-std::vector<Advice> advise_on_cones(const FileContents &contents, int threads);
+UsedParameters used_parameters(const PointAttributes &points);
+
+// A chunk whose normal cone is wider than needed.
+struct LooseCone {
+    int level;
+    std::size_t chunk;
+    std::int16_t stored, narrowest; // cosines
+};
+
+// Of a file without errors. `lit_ground`: lights that reach some texel of the ground plane.
+std::vector<Advice> advise_on_parameters(std::span<const SectionEntry> sections, const ModelParameters &parameters,
+                                         const UsedParameters &used, const std::array<bool, kMaxLights> &lit_ground);
+Advice advise_on_cone(std::span<const SectionEntry> sections, const AttributeSet &set, const LooseCone &cone);
 
 } // namespace pbm

@@ -1,34 +1,22 @@
 #include "pbm_format/checking/file_walk.h"
 
-#include "pbm_format/checking/advice.h"
-#include "pbm_format/checking/content_rules.h"
+#include "pbm_format/checking/model_walk.h"
 #include "pbm_format/checking/raster_rules.h"
-#include "pbm_format/chunks/chunk.h"
-#include "pbm_format/chunks/field_chunk.h"
-#include "pbm_format/chunks/mapped_chunk.h"
 #include "pbm_format/container/file_rules.h"
-#include "system/threads/parallel.h"
-#include "system/threads/per_thread.h"
 
 #include <algorithm>
-#include <atomic>
 #include <utility>
 
 namespace pbm {
 
 namespace {
 
-// Where to store the next raster of this type; lit fractions are in the order of the lights.
-Image &next_raster(SectionType type, ModelImages &images) {
-    return type == SectionType::panorama         ? images.panorama
-           : type == SectionType::ground_texture ? images.ground_texture
-                                                 : images.ground_lit.emplace_back();
-}
-
 class FileWalk {
   public:
     FileWalk(ByteView file, const ValidateOptions &options, AfterError after_error)
-        : file_(file), options_(options), stops_(after_error == AfterError::stop) {}
+        : options_(options), stops_(after_error == AfterError::stop) {
+        file_.bytes = file;
+    }
 
     ValidationReport run() {
         check_file();
@@ -36,25 +24,30 @@ class FileWalk {
     }
 
   private:
+    struct Raster {
+        const SectionEntry *entry;
+        ImageDirectory directory;
+    };
+
     void check_file() {
-        Result<FileHeader> header = decode_header(file_);
-        if (!header)
-            return fault(header.error(), "header");
-        header_ = *header;
-        Result<std::vector<SectionEntry>> sections = decode_section_table(file_, header_);
+        Result<FileHeader> decoded = decode_header(file_.bytes);
+        if (!decoded)
+            return fault(decoded.error(), "header");
+        file_.header = *decoded;
+        Result<std::vector<SectionEntry>> sections = decode_section_table(file_.bytes, header());
         if (!sections)
             return fault(sections.error(), "table");
-        sections_ = std::move(sections).value();
-        if (const Status counted = check_point_count(header_, *find(SectionType::level_chunks, header_.depth));
+        file_.sections = std::move(sections).value();
+        if (const Status counted = check_point_count(header(), *find(SectionType::level_chunks, header().depth));
             !counted)
             fault(counted.error(), "header");
-        if (const Status announced = check_fields_announced(header_, sections_); !announced)
+        if (const Status announced = check_fields_announced(header(), file_.sections); !announced)
             fault(announced.error(), "header");
         if (options_.level == ValidationLevel::quick)
             return;
         if (advises()) {
-            give(advise_on_header(header_), "header");
-            give(advise_on_table(sections_), "table");
+            give(advise_on_header(header()), "header");
+            give(advise_on_table(file_.sections), "table");
         }
         check_stored();
         if (options_.level != ValidationLevel::hashes && check_small_sections())
@@ -107,20 +100,20 @@ class FileWalk {
     }
 
     const SectionEntry *find(SectionType type, std::uint32_t instance = 0) const {
-        return find_section(sections_, type, instance);
+        return find_section(file_.sections, type, instance);
     }
 
-    ByteView stored(FileRange range) const { return slice(file_, range.offset, range.bytes); }
+    ByteView stored(FileRange range) const { return file_.stored(range); }
     ByteView stored(const SectionEntry &entry) const { return stored(entry.range()); }
 
     void check_stored() {
-        std::uint64_t end = kHeaderBytes + sections_.size() * kSectionEntryBytes;
-        for (const SectionEntry &entry : sections_) {
-            if (const Status status = check_padding(file_, end, entry.offset); !status)
+        std::uint64_t end = kHeaderBytes + file_.sections.size() * kSectionEntryBytes;
+        for (const SectionEntry &entry : file_.sections) {
+            if (const Status status = check_padding(file_.bytes, end, entry.offset); !status)
                 fault(status.error(), "padding");
             end = entry.offset + entry.stored_bytes;
         }
-        for (const SectionEntry &entry : sections_)
+        for (const SectionEntry &entry : file_.sections)
             if (const Status status = verify_hash(stored(entry), entry); !status) {
                 fault(status.error(), name(entry));
                 changed_.push_back(&entry);
@@ -157,13 +150,13 @@ class FileWalk {
                 fault(decoded.error(), name(entry));
             return false;
         };
-        if (!read_small_sections(header_, sections_, parameters_, read))
+        if (!read_small_sections(header(), file_.sections, file_.parameters, read))
             return false;
-        if (const Status status = check_parameters(parameters_, sections_); !status) {
+        if (const Status status = check_parameters(parameters(), file_.sections); !status) {
             fault(status.error(), "attributes");
             return false;
         }
-        if (const Status root = check_root(header_.root, parameters_); !root) {
+        if (const Status root = check_root(header().root, parameters()); !root) {
             fault(root.error(), "header");
             root_is_wrong_ = true;
         }
@@ -172,54 +165,79 @@ class FileWalk {
 
     // Checks directories from coarse to fine. An error ends the walk, since finer directories refer to coarser ones.
     void check_levels() {
-        const auto finest = static_cast<std::uint32_t>(header_.depth);
-        model_.parameters = parameters_;
-        model_.levels.resize(finest + 1);
-        model_.levels[0].points = root_points(header_.root, parameters_.attributes);
-        std::uint64_t memory = 0;
-        std::vector<LevelDirectory> directories(1);
+        const auto finest = static_cast<std::uint32_t>(header().depth);
+        file_.directories.resize(1);
         for (std::uint32_t level = 1; level <= finest; ++level) {
             const SectionEntry &entry = *find(SectionType::level_directory, level);
-            Result<LevelDirectory> directory =
-                decode_directory(stored(entry), static_cast<int>(level), parameters_.attributes, header_.chunk_points,
-                                 level == 1 ? nullptr : &directories.back(), *find(SectionType::level_chunks, level));
+            Result<LevelDirectory> directory = decode_directory(
+                stored(entry), static_cast<int>(level), parameters().attributes, header().chunk_points,
+                level == 1 ? nullptr : &file_.directories.back(), *find(SectionType::level_chunks, level));
             if (!directory) {
                 if (!is_changed(entry))
                     fault_of_directory(std::move(directory).error(), entry);
                 return;
             }
-            if (const Status counted = check_chunk_count(*directory, entry, sections_); !counted)
+            if (const Status counted = check_chunk_count(*directory, entry, file_.sections); !counted)
                 return fault(counted.error(), "table");
-            if (header_.storage() == Storage::mapped)
+            if (header().storage() == Storage::mapped)
                 if (Status status = check_brick_count(*directory, *find(SectionType::level_bricks, level)); !status)
                     return fault(status.error(), name(*find(SectionType::level_bricks, level)));
-            memory += decoded_bytes(*directory, parameters_.attributes);
-            directories.push_back(std::move(directory).value());
+            file_.directories.push_back(std::move(directory).value());
         }
         const std::vector<Raster> rasters = read_raster_directories();
-        for (const Raster &raster : rasters)
-            memory += raster.directory.grid.texel_bytes();
-        for (const LevelDirectory &directory : directories)
-            for (const Field &field : parameters_.fields)
-                memory += directory.points * field.bytes;
-        if (memory > addressable(options_.max_memory))
+        const Status fields = read_field_directories();
+        ModelWalk walk(file_, {.threads = options_.threads,
+                               .max_memory = addressable(options_.max_memory),
+                               .stops_at_fault = stops_,
+                               .whole_rules = !is_incomplete_,
+                               .averages = deep() && changed_.empty(),
+                               .advice = advises() && changed_.empty(),
+                               .root_wrong = root_is_wrong_,
+                               .raster_text = content_bytes(rasters),
+                               .raster_memory = decoded_bytes(rasters)});
+        if (const std::uint64_t memory = walk.min_memory(); memory > addressable(options_.max_memory))
             return fault(broken("system.memory", 0,
-                                "the model needs " + std::to_string(memory >> 20) +
+                                "the model needs " + std::to_string((memory + 0xFFFFF) >> 20) +
                                     " MiB of memory: more than the validator may use",
                                 options_.max_memory, memory),
                          "chunks");
-        std::vector<bool> refused{false};
-        for (std::uint32_t level = 1; level <= finest; ++level)
-            load_level(directories[level], directories[level - 1], refused);
-        check_rasters(rasters);
-        if (!parameters_.fields.empty() && !is_incomplete_)
-            load_fields(directories);
+        walk.run();
+        report_chunks(walk);
+        check_rasters(rasters, walk);
         if (!is_incomplete_)
-            check_whole(directories);
+            report_fields(walk, fields);
+        if (!is_incomplete_)
+            check_whole(walk, rasters);
+    }
+
+    // Fields come after all else in the order of faults, but their values are decoded with the chunks. Returns the
+    // error of the first directory that was refused.
+    Status read_field_directories() {
+        if (parameters().fields.empty())
+            return {};
+        Result<FieldTable> table = decode_fields(stored(*find(SectionType::fields)));
+        is_incomplete_ |= !table; // check_small_sections has read it: another process has changed the bytes since
+        if (!table)
+            return {};
+        file_.fields = std::move(table).value();
+        file_.parameters.fields = file_.fields.fields;
+        file_.field_directories.resize(1);
+        for (std::uint32_t level = 1; level < file_.directories.size(); ++level) {
+            const SectionEntry &entry = *find(SectionType::field_directory, level);
+            Result<FieldDirectory> directory = decode_field_directory(
+                stored(entry), file_.directories[level], parameters().fields, *find(SectionType::field_values, level));
+            if (!directory) {
+                Error error = std::move(directory).error();
+                error.offset += entry.offset;
+                return error;
+            }
+            file_.field_directories.push_back(std::move(directory).value());
+        }
+        return {};
     }
 
     void fault_of_directory(Error error, const SectionEntry &entry) {
-        const std::uint64_t chunk = error.offset / chunk_entry_bytes(parameters_.attributes);
+        const std::uint64_t chunk = error.offset / chunk_entry_bytes(parameters().attributes);
         const bool in_chunk = error.rule != "5.5.1" && error.offset < entry.stored_bytes;
         error.offset += entry.offset;
         fault(error, name(entry), in_chunk ? static_cast<std::int64_t>(chunk) : -1);
@@ -234,18 +252,13 @@ class FileWalk {
         report(std::move(error), section, static_cast<std::int64_t>(chunk));
     }
 
-    struct Raster {
-        const SectionEntry *entry;
-        ImageDirectory directory;
-    };
-
     // Returns the rasters with valid tile directories.
     std::vector<Raster> read_raster_directories() {
         std::vector<Raster> rasters;
-        for (const SectionEntry &entry : sections_) {
+        for (const SectionEntry &entry : file_.sections) {
             if (!is_raster(entry.type))
                 continue;
-            Result<ImageDirectory> directory = read_image_directory(file_, entry, header_.storage());
+            Result<ImageDirectory> directory = read_image_directory(file_.bytes, entry, header().storage());
             if (!directory) {
                 fault(directory.error(), name(entry));
                 is_incomplete_ = true;
@@ -256,182 +269,119 @@ class FileWalk {
         return rasters;
     }
 
-    void check_rasters(std::span<const Raster> rasters) {
+    static Bytes content_of(const Raster &raster) {
+        const TileGrid &grid = raster.directory.grid;
+        return content_of_raster(raster.entry->type, raster.entry->instance, grid.width(0), grid.height(0));
+    }
+
+    // What rasters add to the text of content_id.
+    static std::uint64_t content_bytes(std::span<const Raster> rasters) {
+        std::uint64_t bytes = 0;
         for (const Raster &raster : rasters) {
+            const TileGrid &grid = raster.directory.grid;
+            bytes += content_of(raster).size() + std::uint64_t{grid.width(0)} * grid.height(0) * grid.channels();
+        }
+        return bytes;
+    }
+
+    // Memory for the largest raster, with all mip levels.
+    static std::uint64_t decoded_bytes(std::span<const Raster> rasters) {
+        std::uint64_t bytes = 0;
+        for (const Raster &raster : rasters)
+            bytes = std::max(bytes, raster.directory.grid.texel_bytes() / 4 * 5); // and the means of level 0
+        return bytes;
+    }
+
+    void check_rasters(std::span<const Raster> rasters, ModelWalk &walk) {
+        add_rasters(rasters, walk, [this](const Raster &raster) {
             const SectionEntry &entry = *raster.entry;
             FaultSink faults{.wants = [this](const CatalogueEntry &code) { return count(code, code.kind); },
                              .take = [&](Error error) { report(std::move(error), name(entry), -1); }};
-            next_raster(entry.type, model_.images) =
+            Image image =
                 check_raster({stored(entry), entry.offset, raster.directory}, options_.threads, deep(), faults);
             is_incomplete_ |= faults.count > 0;
-        }
+            if (entry.type == SectionType::ground_lit)
+                lit_ground_[entry.instance] =
+                    std::any_of(image.texels.begin(), image.texels.end(), [](std::uint8_t lit) { return lit != 0; });
+            return image;
+        });
     }
 
-    // Decodes chunks with decoded parents. `refused` marks refused chunks: of the level above, on return of this one.
-    void load_level(const LevelDirectory &directory, const LevelDirectory &directory_above,
-                    std::vector<bool> &refused) {
-        const AttributeSet &set = parameters_.attributes;
-        const Level &above = model_.levels[static_cast<std::size_t>(directory.level) - 1];
-        Level &level = model_.levels[static_cast<std::size_t>(directory.level)];
-        // Allocate nothing for levels below a level without valid chunks, whatever their directories say.
-        if (std::all_of(refused.begin(), refused.end(), [](bool chunk) { return chunk; })) {
-            refused.assign(directory.chunks.size(), true);
-            return;
-        }
-        level.masks.resize(static_cast<std::size_t>(directory.nodes));
-        level.points.resize(static_cast<std::size_t>(directory.points), set);
-        const auto load = [&](const ChunkEntry &entry, Wording wording, Chunk &chunk) {
-            const ChunkRules rules{.set = set,
-                                   .material_count = parameters_.materials.size(),
-                                   .level = directory.level,
-                                   .finest = directory.level == header_.depth,
-                                   .wording = wording};
-            return header_.storage() == Storage::mapped
-                       ? load_mapped(entry, directory_above, rules, chunk)
-                       : decode_chunk(entry, stored(chunk_range(entry)), rules,
-                                      parent_nodes(entry, above.masks, 0, above.points, 0, set), chunk);
-        };
-        // Collect codes only: formatting an error takes longer than refusing a chunk.
-        std::vector<const CatalogueEntry *> failures(directory.chunks.size());
-        std::atomic<bool> stopped{false};
-        parallel_for(failures.size(), options_.threads, [&](std::size_t i) {
-            const ChunkEntry &entry = directory.chunks[i];
-            if (stopped || refused[entry.shape.parent_chunk])
-                return;
-            Chunk &chunk = per_thread<Chunk>();
-            if (const Status status = load(entry, Wording::none, chunk); status) {
-                place_chunk(chunk, entry, set, level);
-            } else {
-                failures[i] = entry_of(status.error());
-                stopped = stops_;
-            }
-        });
-        std::vector<bool> refused_here(failures.size());
-        for (std::size_t i = 0; i < failures.size(); ++i) {
-            const ChunkEntry &entry = directory.chunks[i];
-            refused_here[i] = failures[i] != nullptr || refused[entry.shape.parent_chunk];
-            if (failures[i] != nullptr && count(*failures[i], failures[i]->kind))
-                tell_of_chunk(load(entry, Wording::full, per_thread<Chunk>()), *failures[i], i, entry.offset);
-            is_incomplete_ |= refused_here[i];
-            if (refused_here[i])
+    // Adds the rasters to the text of content_id, as long as all is there. `read(raster)` returns mip level 0.
+    template <class Read> void add_rasters(std::span<const Raster> rasters, ModelWalk &walk, const Read &read) {
+        std::uint64_t at = walk.raster_place();
+        for (const Raster &raster : rasters) {
+            const Image image = read(raster);
+            if (is_incomplete_)
                 continue;
-            ++report_.chunks;
-            if (directory.level == header_.depth)
-                report_.points += entry.shape.points;
+            const Bytes head = content_of(raster);
+            walk.content().add(at, head);
+            walk.content().add(at + head.size(), image.texels);
+            at += head.size() + image.texels.size();
         }
-        refused = std::move(refused_here);
     }
 
-    // Decodes the fields of all levels, whose masks are known. An error ends the walk of the fields.
-    void load_fields(const std::vector<LevelDirectory> &directories) {
-        const Result<FieldTable> table = decode_fields(stored(*find(SectionType::fields)));
-        if (!table) // check_small_sections has reported it
-            return;
-        for (std::size_t f = 0; f < table->fields.size(); ++f) {
-            model_.levels[0].fields.emplace_back(table->fields[f].bytes);
-            set_stored_value(model_.levels[0].fields[f], 0, table->fields[f].bytes, table->roots[f]);
-        }
-        for (std::size_t level = 1; level < directories.size() && !is_incomplete_; ++level)
-            load_fields(directories[level]);
+    void report_chunks(ModelWalk &walk) {
+        for (int level = 1; level <= header().depth; ++level)
+            for (const ModelWalk::Refusal &refusal : walk.refused(level))
+                if (count(*refusal.entry, refusal.entry->kind))
+                    tell_of_chunk(walk.explain(level, refusal.chunk), *refusal.entry, refusal.chunk,
+                                  file_.directories[static_cast<std::size_t>(level)].chunks[refusal.chunk].offset);
+        is_incomplete_ |= !walk.complete();
+        report_.chunks = walk.chunks();
+        report_.points = walk.points();
     }
 
-    void load_fields(const LevelDirectory &level) {
-        const auto instance = static_cast<std::uint32_t>(level.level);
-        const SectionEntry &entry = *find(SectionType::field_directory, instance);
-        const SectionEntry &values = *find(SectionType::field_values, instance);
-        const std::vector<Field> &fields = parameters_.fields;
-        const Result<FieldDirectory> directory = decode_field_directory(stored(entry), level, fields, values);
-        if (!directory) {
+    // An error ends the walk of the fields, which goes level by level.
+    void report_fields(const ModelWalk &walk, const Status &directories) {
+        if (!walk.refused_fields().empty()) {
             is_incomplete_ = true;
-            Error error = directory.error();
-            error.offset += entry.offset;
+            const auto level = static_cast<std::uint32_t>(walk.level_of_refused_fields());
+            for (const ModelWalk::FieldRefusal &refusal : walk.refused_fields())
+                fault(refusal.error, name(*find(SectionType::field_values, level)),
+                      static_cast<std::int64_t>(refusal.chunk));
+        } else if (!directories) {
+            is_incomplete_ = true;
+            const SectionEntry &entry =
+                *find(SectionType::field_directory, static_cast<std::uint32_t>(file_.field_directories.size()));
             if (!is_changed(entry))
-                fault(error, name(entry));
-            return;
+                fault(directories.error(), name(entry));
         }
-        Level &here = model_.levels[instance];
-        const Level &above = model_.levels[instance - 1];
-        for (const Field &field : fields)
-            here.fields.emplace_back(static_cast<std::size_t>(level.points) * field.bytes);
-        std::vector<Status> results(level.chunks.size());
-        parallel_for(results.size(), options_.threads, [&](std::size_t i) {
-            const ChunkEntry &chunk = level.chunks[i];
-            Bytes decoded;
-            for (std::size_t f = 0; f < fields.size() && results[i]; ++f) {
-                const std::uint64_t bytes = fields[f].bytes;
-                const FieldEntry &at = directory->at(i, f);
-                results[i] =
-                    decode_field(at, fields[f], stored({at.offset, at.stream.stored_bytes}),
-                                 slice(here.masks, chunk.first_node, chunk.shape.nodes),
-                                 slice(above.fields[f], bytes * chunk.first_node, bytes * chunk.shape.nodes), decoded);
-                if (results[i])
-                    std::copy(decoded.begin(), decoded.end(),
-                              here.fields[f].begin() + static_cast<std::ptrdiff_t>(bytes * chunk.first_point));
-            }
-        });
-        for (std::size_t i = 0; i < results.size(); ++i) {
-            is_incomplete_ |= !results[i];
-            if (!results[i])
-                fault(results[i].error(), name(values), static_cast<std::int64_t>(i));
-        }
-    }
-
-    // Verifies a chunk of a mapped file in place and copies it; its parent must not be refused.
-    Status load_mapped(const ChunkEntry &entry, const LevelDirectory &directory_above, const ChunkRules &rules,
-                       Chunk &to) const {
-        const auto level = static_cast<std::uint32_t>(rules.level);
-        const SectionEntry &bricks = *find(SectionType::level_bricks, level);
-        BrickParents parents;
-        if (level > 1) {
-            const ChunkEntry &above = directory_above.chunks[entry.shape.parent_chunk];
-            const ChunkBytes bytes = bytes_of(above, *find(SectionType::level_bricks, level - 1));
-            const ChunkView view = view_chunk(above, bytes, rules.set, rules.level - 1);
-            parents = brick_parents(entry, above, view.bricks, view.masks);
-        }
-        const ChunkBytes bytes = bytes_of(entry, bricks);
-        if (Status status = verify_chunk(entry, bytes, bricks, rules, parents); !status)
-            return status;
-        copy_chunk(view_chunk(entry, bytes, rules.set, rules.level), rules.set, rules.level, to);
-        return {};
-    }
-
-    ChunkBytes bytes_of(const ChunkEntry &entry, const SectionEntry &bricks) const {
-        return {.streams = {stored(chunk_range(entry)), nullptr},
-                .bricks = {stored(brick_range(entry, bricks)), nullptr}};
     }
 
     // Checks rules of the whole model: split into chunks, content_id, averages.
-    void check_whole(const std::vector<LevelDirectory> &directories) {
-        LevelMasks masks;
-        for (const Level &level : model_.levels)
-            masks.push_back(level.masks);
-        const auto shapes = split_into_chunks(masks, header_.chunk_points);
-        check_split(directories, shapes);
+    void check_whole(ModelWalk &walk, std::span<const Raster> rasters) {
+        check_split(walk.split());
         if (is_incomplete_ || !changed_.empty()) // the content is not as written
             return;
-        if (const Status status = check_content_id(header_, content_id(model_, shapes, header_.chunk_points)); !status)
+        while (walk.run_again())
+            add_rasters(rasters, walk, [this](const Raster &raster) {
+                Result<Image> image =
+                    decode_level(stored(*raster.entry), raster.entry->offset, raster.directory, 0, options_.threads);
+                return image ? std::move(image).value() : Image(); // another process has changed the bytes
+            });
+        if (const Status status = check_content_id(header(), walk.content().finish()); !status)
             fault(status.error(), "header");
         if (const SectionEntry *const fields = find(SectionType::fields))
-            if (const Status status = check_fields_id(stored(*fields), fields->offset, model_.levels.back()); !status)
+            if (const Status status = check_fields_id(file_.fields, walk.fields_id(), fields->offset); !status)
                 fault(status.error(), name(*fields));
         if (advises() && !found_fault_)
-            advise(directories);
+            advise(walk);
         if (deep())
-            check_averages(directories);
+            report_averages(walk.wrong_averages());
     }
 
-    void check_split(const std::vector<LevelDirectory> &directories,
-                     const std::vector<std::vector<ChunkShape>> &shapes) {
-        for (std::size_t level = 1; level < directories.size(); ++level) {
+    void check_split(const std::vector<std::vector<ChunkShape>> &shapes) {
+        for (std::size_t level = 1; level < shapes.size(); ++level) {
             const SectionEntry &entry = *find(SectionType::level_directory, static_cast<std::uint32_t>(level));
-            const auto &chunks = directories[level].chunks;
+            const auto &chunks = file_.directories[level].chunks;
             const auto differ = std::mismatch(shapes[level].begin(), shapes[level].end(), chunks.begin(), chunks.end(),
                                               [](const ChunkShape &a, const ChunkEntry &b) { return a == b.shape; });
             if (differ.first == shapes[level].end() && differ.second == chunks.end())
                 continue;
             const auto index = differ.second - chunks.begin();
             fault(wrong_split(entry.offset +
-                                  static_cast<std::uint64_t>(index) * chunk_entry_bytes(parameters_.attributes),
+                                  static_cast<std::uint64_t>(index) * chunk_entry_bytes(parameters().attributes),
                               differ.first == shapes[level].end() ? nullptr : &*differ.first,
                               differ.second == chunks.end() ? nullptr : &differ.second->shape),
                   name(entry), index);
@@ -439,70 +389,57 @@ class FileWalk {
         }
     }
 
-    void check_averages(const std::vector<LevelDirectory> &directories) {
-        std::vector<PointAttributes> stored_points;
-        std::vector<std::vector<Bytes>> stored_fields;
-        for (std::size_t level = 0; level + 1 < model_.levels.size(); ++level) {
-            stored_points.push_back(std::move(model_.levels[level].points));
-            stored_fields.push_back(std::exchange(model_.levels[level].fields, {}));
-        }
-        average_levels(model_, options_.threads);
-        check_field_averages(stored_fields);
-        for (std::size_t level = root_is_wrong_ ? 1 : 0; level < stored_points.size(); ++level) {
-            const PointAttributes &computed = model_.levels[level].points;
-            if (stored_points[level] == computed)
+    void report_averages(const WrongAverages &wrong) {
+        const auto depth = static_cast<std::uint32_t>(header().depth);
+        for (std::uint32_t level = 0; level < depth; ++level)
+            for (const auto &of_field : wrong.fields[level])
+                if (of_field)
+                    fault(of_field->error,
+                          name(level == 0 ? *find(SectionType::fields) : *find(SectionType::field_values, level)));
+        for (std::uint32_t level = 0; level < depth; ++level) {
+            if (!wrong.points[level])
                 continue;
-            const SectionEntry *entry = find(SectionType::level_chunks, static_cast<std::uint32_t>(level));
-            const WrongAverage wrong = find_wrong_average(level == 0 ? 88 : entry->offset, level, stored_points[level],
-                                                          computed, parameters_.attributes);
             std::int64_t chunk = -1;
-            for (const ChunkEntry &candidate : directories[level].chunks)
-                chunk += candidate.first_point <= wrong.point ? 1 : 0;
-            fault(wrong.error, level == 0 ? "header" : name(*entry), chunk);
+            for (const ChunkEntry &candidate : file_.directories[level].chunks)
+                chunk += candidate.first_point <= wrong.points[level]->point ? 1 : 0;
+            fault(wrong.points[level]->error, level == 0 ? "header" : name(*find(SectionType::level_chunks, level)),
+                  chunk);
         }
     }
 
-    void check_field_averages(const std::vector<std::vector<Bytes>> &stored_fields) {
-        for (std::size_t level = 0; level < stored_fields.size(); ++level)
-            for (std::size_t f = 0; f < stored_fields[level].size(); ++f) {
-                const SectionEntry &entry = level == 0
-                                                ? *find(SectionType::fields)
-                                                : *find(SectionType::field_values, static_cast<std::uint32_t>(level));
-                if (const Status status = check_field_average(parameters_.fields[f], level, stored_fields[level][f],
-                                                              model_.levels[level].fields[f], entry.offset);
-                    !status)
-                    fault(status.error(), name(entry));
-            }
-    }
-
-    void advise(const std::vector<LevelDirectory> &directories) {
-        const FileContents contents{.sections = sections_, .model = model_, .directories = directories};
-        for (const Advice &item : advise_on_parameters(contents))
+    void advise(const ModelWalk &walk) {
+        for (const Advice &item : advise_on_parameters(file_.sections, parameters(), walk.used(), lit_ground_))
             fault(item.what, name_at(item.what.offset));
-        for (const Advice &item : advise_on_cones(contents, options_.threads))
+        std::vector<LooseCone> cones = walk.loose_cones();
+        std::sort(cones.begin(), cones.end(), [](const LooseCone &a, const LooseCone &b) {
+            return std::pair(a.level, a.chunk) < std::pair(b.level, b.chunk);
+        });
+        for (const LooseCone &cone : cones) {
+            const Advice item = advise_on_cone(file_.sections, parameters().attributes, cone);
             fault(item.what, name_at(item.what.offset), item.chunk);
+        }
     }
 
     // Name of the last section that starts at or before `offset`.
     std::string name_at(std::uint64_t offset) const {
         const auto after =
-            std::upper_bound(sections_.begin(), sections_.end(), offset,
+            std::upper_bound(file_.sections.begin(), file_.sections.end(), offset,
                              [](std::uint64_t at, const SectionEntry &entry) { return at < entry.offset; });
         return name(*(after - 1));
     }
 
-    ByteView file_;
+    const FileHeader &header() const { return file_.header; }
+    const ModelParameters &parameters() const { return file_.parameters; }
+
+    OpenedFile file_;
     const ValidateOptions &options_;
     const bool stops_;
     ValidationReport report_;
-    FileHeader header_;
-    std::vector<SectionEntry> sections_;
-    ModelParameters parameters_;
     std::vector<const SectionEntry *> changed_; // their hashes do not match
     bool found_fault_ = false;                  // of severity error
     bool is_incomplete_ = false;                // part of the model could not be read
     bool root_is_wrong_ = false;
-    Model model_;
+    std::array<bool, kMaxLights> lit_ground_{};
 };
 
 } // namespace

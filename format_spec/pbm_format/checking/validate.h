@@ -21,7 +21,7 @@ namespace pbm {
 //
 //   quick     header and section table: reads the front of the file only, milliseconds at any size
 //   hashes    padding and the hashes of all sections: every byte is as written. Decodes nothing
-//   standard  every rule of chunks, tiles and octree, and content_id. Decodes the whole model
+//   standard  every rule of chunks, tiles and octree, and content_id. Decodes the whole model, a few chunks at a time
 //   deep      averages of the levels (7.1), means of the rasters (3.10.14), and advice: warnings and infos
 enum class ValidationLevel : std::uint8_t { quick, hashes, standard, deep };
 std::string_view to_string(ValidationLevel level);
@@ -63,9 +63,11 @@ struct ValidateOptions {
     int threads = 0;
     std::size_t max_findings = 100;
     ValidationLevel level = ValidationLevel::deep;
-    Severity least = Severity::error;             // deep: looks for advice of this severity and above
-    std::size_t max_per_code = 1000000;           // findings kept per code, so that one code does not hide others
-    std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded streams; above it, a finding of system.memory
+    Severity least = Severity::error;   // deep: looks for advice of this severity and above
+    std::size_t max_per_code = 1000000; // findings kept per code, so that one code does not hide others
+    // Bytes besides those of the file: directories, decoded chunks and rasters, sums of hashes. The verdict does not
+    // depend on it; if it does not suffice, a finding of system.memory says how much is needed.
+    std::uint64_t max_memory = kDefaultMaxMemory;
     // Codes for which this returns false only count as `ignored`. Empty: all are wanted.
     std::function<bool(const CatalogueEntry &)> wanted{};
 };
@@ -77,11 +79,10 @@ ValidationReport validate(ByteView file, const ValidateOptions &options = {});
 struct VerifyOptions {
     int threads = 0;
     ValidationLevel level = ValidationLevel::deep;
-    std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded streams; above it, the error system.memory
+    std::uint64_t max_memory = kDefaultMaxMemory; // as in ValidateOptions; the error system.memory if it is too little
 };
 
-// Returns the first error that `validate` would report; ErrorCode::memory if an allocation fails. With several threads
-// it may be the error of any bad chunk of a level.
+// Returns the first error that `validate` would report; ErrorCode::memory if an allocation fails.
 Status verify(ByteView file, const VerifyOptions &options = {});
 
 } // namespace pbm

@@ -4,23 +4,17 @@
 
 namespace pbm {
 
-namespace {
-
-// Level 0 only: mip levels follow from it.
-void add_raster(const Image &image, SectionType type, std::uint32_t instance, StreamingHash &hash) {
+Bytes content_of_raster(SectionType type, std::uint32_t instance, std::uint32_t width, std::uint32_t height) {
     ByteWriter head;
     head.u32(static_cast<std::uint32_t>(type));
     head.u32(instance);
-    head.u32(image.width);
-    head.u32(image.height);
-    hash.add(head.bytes());
-    hash.add(image.texels);
+    head.u32(width);
+    head.u32(height);
+    return head.take();
 }
 
-} // namespace
-
-ContentId content_id(const Model &model, std::span<const std::vector<ChunkShape>> chunks, std::uint32_t chunk_points) {
-    const ModelParameters &parameters = model.parameters;
+void visit_content(const ModelParameters &parameters, std::span<const std::vector<ChunkShape>> chunks,
+                   std::uint32_t chunk_points, const ContentPieces &pieces) {
     ByteWriter head;
     head.u32(static_cast<std::uint32_t>(parameters.grid.depth));
     head.u32(chunk_points);
@@ -32,28 +26,40 @@ ContentId content_id(const Model &model, std::span<const std::vector<ChunkShape>
         head.append(encode_texture(texture));
     if (parameters.ground)
         head.append(encode_ground_plane(*parameters.ground));
-    StreamingHash hash;
-    hash.add(head.bytes());
-    for (std::size_t level = 1; level < model.levels.size(); ++level) {
+    pieces.bytes(head.bytes());
+    for (std::size_t level = 1; level < chunks.size(); ++level) {
         ByteWriter roots;
         for (const ChunkShape &chunk : chunks[level]) {
             roots.u8(chunk.root_depth);
             roots.u64(chunk.root_prefix);
         }
-        hash.add(roots.bytes());
-        hash.add(model.levels[level].masks);
+        pieces.bytes(roots.bytes());
+        pieces.masks(level);
     }
-    const PointAttributes &finest = model.levels.back().points;
-    const PointView points = view_points(finest, 0, finest.size(), parameters.attributes);
     for (const StreamInfo &stream : point_streams())
-        hash.add(bytes_of(points, stream));
+        pieces.stream(stream);
+}
+
+ContentId content_id(const Model &model, std::span<const std::vector<ChunkShape>> chunks, std::uint32_t chunk_points) {
+    StreamingHash hash;
+    const PointAttributes &finest = model.levels.back().points;
+    const PointView points = view_points(finest, 0, finest.size(), model.parameters.attributes);
+    visit_content(model.parameters, chunks, chunk_points,
+                  {.bytes = [&](ByteView bytes) { hash.add(bytes); },
+                   .masks = [&](std::size_t level) { hash.add(model.levels[level].masks); },
+                   .stream = [&](const StreamInfo &stream) { hash.add(bytes_of(points, stream)); }});
+    // Level 0 only: mip levels follow from it.
+    const auto add_raster = [&](const Image &image, SectionType type, std::size_t instance) {
+        hash.add(content_of_raster(type, static_cast<std::uint32_t>(instance), image.width, image.height));
+        hash.add(image.texels);
+    };
     const ModelImages &images = model.images;
     if (!images.ground_texture.empty())
-        add_raster(images.ground_texture, SectionType::ground_texture, 0, hash);
+        add_raster(images.ground_texture, SectionType::ground_texture, 0);
     for (std::size_t light = 0; light < images.ground_lit.size(); ++light)
-        add_raster(images.ground_lit[light], SectionType::ground_lit, static_cast<std::uint32_t>(light), hash);
+        add_raster(images.ground_lit[light], SectionType::ground_lit, light);
     if (!images.panorama.empty())
-        add_raster(images.panorama, SectionType::panorama, 0, hash);
+        add_raster(images.panorama, SectionType::panorama, 0);
     return hash.finish();
 }
 

@@ -1,6 +1,7 @@
 // Each implementation of hash64 against libxxhash, which only this test links.
 #include "pbm_format/hashes/hash.h"
 #include "pbm_format/hashes/hash_ways.h"
+#include "pbm_format/hashes/unordered_hash.h"
 
 #include "unit/support/test_models.h"
 
@@ -74,6 +75,52 @@ TEST(Hash, PiecesHashLikeTheWhole) {
             hash.add(ByteView(bytes).subspan(at, std::min(piece, bytes.size() - at)));
         EXPECT_EQ(hash.finish(), (Hash128{expected.low64, expected.high64})) << piece;
     }
+}
+
+// The text in random pieces and random order, with memory for `blocks` blocks of 1,024 bytes.
+Hash128 hash_unordered(ByteView text, std::uint64_t longest_piece, std::uint64_t blocks, test::Random &random) {
+    std::vector<std::pair<std::size_t, std::size_t>> pieces; // begin and size
+    for (std::size_t at = 0; at < text.size();) {
+        const auto size = std::min(text.size() - at, static_cast<std::size_t>(1 + random.below(longest_piece)));
+        pieces.emplace_back(at, size);
+        at += size;
+    }
+    for (std::size_t i = pieces.size(); i > 1; --i)
+        std::swap(pieces[i - 1], pieces[static_cast<std::size_t>(random.below(i))]);
+    UnorderedHash hash(text.size(), 64 * blocks);
+    do {
+        for (const auto &[at, size] : pieces)
+            if (hash.needs(at, size))
+                hash.add(at, text.subspan(at, size));
+    } while (hash.begin_round());
+    return hash.finish();
+}
+
+void expect_unordered(ByteView text, std::uint64_t longest_piece, std::uint64_t blocks, test::Random &random) {
+    StreamingHash whole;
+    whole.add(text);
+    ASSERT_EQ(hash_unordered(text, longest_piece, blocks, random), whole.finish())
+        << text.size() << " bytes in pieces of up to " << longest_piece << ", " << blocks << " blocks a round";
+}
+
+TEST(Hash, PiecesInAnyOrderGiveTheHashOfTheText) {
+    const Bytes bytes = random_bytes(300000);
+    test::Random random(11);
+    for (std::size_t size = 0; size <= 2500; ++size)
+        for (const std::uint64_t longest : {20U, 2000U})
+            ASSERT_NO_FATAL_FAILURE(expect_unordered(ByteView(bytes).first(size), longest, 1000, random));
+    for (int i = 0; i < 50; ++i)
+        ASSERT_NO_FATAL_FAILURE(
+            expect_unordered(ByteView(bytes).first(static_cast<std::size_t>(random.below(bytes.size()))),
+                             1 + random.below(30000), 1000, random));
+}
+
+TEST(Hash, PiecesMayComeInSeveralRounds) {
+    const Bytes bytes = random_bytes(20000);
+    test::Random random(12);
+    for (std::size_t size = 0; size <= bytes.size(); size += 1 + static_cast<std::size_t>(random.below(200)))
+        for (const std::uint64_t blocks : {0U, 1U, 3U})
+            ASSERT_NO_FATAL_FAILURE(expect_unordered(ByteView(bytes).first(size), 700, blocks, random));
 }
 
 } // namespace

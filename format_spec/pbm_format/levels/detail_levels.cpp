@@ -1,33 +1,18 @@
 // Computes the averages of the coarser levels. BVG.md 7
-#include "pbm_format/model/model.h"
+#include "pbm_format/levels/averages.h"
+#include "pbm_format/levels/subtree_merge.h"
 #include "system/threads/parallel.h"
 
 #include <algorithm>
 #include <compare>
 #include <cstdlib>
+#include <functional>
 #include <initializer_list>
 #include <type_traits>
 
 namespace pbm {
 
 namespace {
-
-// Sums over the finest points below one node, for streams that nearly every model has. The sums fit into 63 bits: at
-// most 2^32 votes of at most 2^30.
-struct CommonSums {
-    std::uint64_t votes = 0;
-    std::array<std::int64_t, 3> normal{};
-    std::array<std::int64_t, 6> moment{}; // of the normals: xx xy xz yy yz zz
-    std::array<std::uint64_t, 3> colour{};
-    std::uint8_t child_radius = 0; // largest among the children
-    bool two_sided = false;        // any child is
-};
-
-// Adds the sums of the remaining streams.
-struct EverySum : CommonSums {
-    std::array<std::uint64_t, kMaxMaterials> materials{}; // votes
-    std::array<std::uint64_t, kMaxStreams> means{};       // of the model's streams, scaled to 8 bits
-};
 
 // Factor that scales values of 1, 2, 4 or 8 bits to 0..255: 2^bits - 1 divides 255.
 std::uint32_t scale_to_byte(unsigned bits) { return 255U / ((1U << bits) - 1U); }
@@ -85,13 +70,12 @@ std::uint16_t average_normal(const CommonSums &sums) {
 
 // Averages nodes depth first, with one cursor per level.
 template <class Sums> class Averager {
-    static constexpr bool kEverything = std::is_same_v<Sums, EverySum>;
+    static constexpr bool kEverything = std::is_same_v<Sums, PointSums>;
 
   public:
-    Averager(Model &model, std::vector<std::uint64_t> cursors)
-        : model_(model), set_(model.parameters.attributes), depth_(static_cast<int>(model.levels.size()) - 1),
-          cursors_(std::move(cursors)), finest_(model.levels.back().points), normals_(integer_normal_table().data()),
-          linear_(linear_table().data()) {
+    Averager(const Subtree &subtree, const AttributeSet &set, const std::array<AveragedNodes, kMaxDepth> &to)
+        : subtree_(subtree), set_(set), to_(to), depth_(subtree.depth), finest_(subtree.points),
+          normals_(integer_normal_table().data()), linear_(linear_table().data()) {
         for (const StreamInfo &stream : streams_of(set_))
             if (traits_of(stream.kind).average == Average::mean)
                 means_.push_back({.stream = stream,
@@ -99,40 +83,52 @@ template <class Sums> class Averager {
                                   .scale = scale_to_byte(bits_per_point(stream, set_, depth_))});
     }
 
-    // Averages the next node of `level` and everything below it, down to the finest level or to `last_level`, whose
-    // sums by node index are in `finished`.
-    void node(int level, const std::vector<Sums> *finished, int last_level, Sums &parent) {
+    // Averages the next node of `level` and everything below it.
+    void node(int level, Sums &parent) {
         const auto index = static_cast<std::size_t>(cursors_[static_cast<std::size_t>(level)]++);
         Sums sums;
-        if (level == last_level && finished != nullptr)
-            sums = (*finished)[index];
-        else
-            add_children(level, index, finished, last_level, sums);
-        store(level, index, sums, parent);
-    }
-
-    // Returns the sums of one node whose children are done, without storing them.
-    Sums below(int level) {
-        Sums sums;
-        add_children(level, static_cast<std::size_t>(cursors_[static_cast<std::size_t>(level)]++), nullptr, depth_,
-                     sums);
-        return sums;
-    }
-
-  private:
-    void add_children(int level, std::size_t index, const std::vector<Sums> *finished, int last_level, Sums &sums) {
-        const int count = kChildren[model_.levels[static_cast<std::size_t>(level) + 1].masks[index]];
-        if (level + 1 == depth_ && finished == nullptr) {
+        const int count = kChildren[subtree_.masks[static_cast<std::size_t>(level)][index]];
+        if (level + 1 == depth_) {
             std::uint64_t &cursor = cursors_[static_cast<std::size_t>(depth_)];
             sums.votes = static_cast<std::uint64_t>(count);
             for (const std::uint64_t end = cursor + sums.votes; cursor < end; ++cursor)
                 add_point(static_cast<std::size_t>(cursor), sums);
         } else {
             for (int left = count; left > 0; --left)
-                node(level + 1, finished, last_level, sums);
+                node(level + 1, sums);
         }
+        store(level, index, sums, parent);
     }
 
+    // Stores the averages of one node and adds its sums to its parent.
+    void store(int level, std::size_t index, const Sums &sums, Sums &parent) {
+        const AveragedNodes &to = to_[static_cast<std::size_t>(level)];
+        PointAttributes &points = *to.points;
+        index += to.first;
+        const std::uint16_t normal = average_normal(sums);
+        const std::uint8_t radius = covering(sums.child_radius, level);
+        points.normals[index] = normal;
+        points.radii[index] = radius;
+        parent.votes += sums.votes;
+        for (std::size_t c = 0; c < 3; ++c)
+            parent.normal[c] += sums.normal[c];
+        for (std::size_t c = 0; c < 6; ++c)
+            parent.moment[c] += sums.moment[c];
+        parent.two_sided |= (normal & kTwoSidedBit) != 0;
+        parent.child_radius = std::max(parent.child_radius, radius);
+        if (set_.colour != ColourFormat::none) {
+            Rgb8 colour;
+            for (std::size_t c = 0; c < 3; ++c) {
+                colour[c] = linear_to_srgb(static_cast<std::uint32_t>(mean(sums.colour[c], sums.votes)));
+                parent.colour[c] += sums.colour[c];
+            }
+            set_point_colour(points, index, set_.colour, colour);
+        }
+        if constexpr (kEverything)
+            store_rest(points, level, index, sums, parent);
+    }
+
+  private:
     // Adds a point's values; the caller counts its vote.
     void add_point(std::size_t point, Sums &to) const {
         const std::uint16_t stored = finest_.normals[point];
@@ -158,32 +154,6 @@ template <class Sums> class Averager {
         }
     }
 
-    // Stores the averages of one node and adds its sums to its parent.
-    void store(int level, std::size_t index, const Sums &sums, Sums &parent) {
-        PointAttributes &points = model_.levels[static_cast<std::size_t>(level)].points;
-        const std::uint16_t normal = average_normal(sums);
-        const std::uint8_t radius = covering(sums.child_radius, level);
-        points.normals[index] = normal;
-        points.radii[index] = radius;
-        parent.votes += sums.votes;
-        for (std::size_t c = 0; c < 3; ++c)
-            parent.normal[c] += sums.normal[c];
-        for (std::size_t c = 0; c < 6; ++c)
-            parent.moment[c] += sums.moment[c];
-        parent.two_sided |= (normal & kTwoSidedBit) != 0;
-        parent.child_radius = std::max(parent.child_radius, radius);
-        if (set_.colour != ColourFormat::none) {
-            Rgb8 colour;
-            for (std::size_t c = 0; c < 3; ++c) {
-                colour[c] = linear_to_srgb(static_cast<std::uint32_t>(mean(sums.colour[c], sums.votes)));
-                parent.colour[c] += sums.colour[c];
-            }
-            set_point_colour(points, index, set_.colour, colour);
-        }
-        if constexpr (kEverything)
-            store_rest(points, level, index, sums, parent);
-    }
-
     void store_rest(PointAttributes &points, int level, std::size_t index, const Sums &sums, Sums &parent) const {
         if (set_.material) {
             points.materials[index] = static_cast<std::uint8_t>(
@@ -207,11 +177,12 @@ template <class Sums> class Averager {
         return radius;
     }
 
-    Model &model_;
+    const Subtree &subtree_;
     const AttributeSet &set_;
+    const std::array<AveragedNodes, kMaxDepth> &to_;
     int depth_;
-    std::vector<std::uint64_t> cursors_; // next node of each level
-    const PointAttributes &finest_;
+    std::array<std::uint64_t, kMaxDepth + 1> cursors_{}; // next node of each level
+    const PointView &finest_;
     const IntegerNormal *normals_;
     const std::uint16_t *linear_;
     struct Mean {
@@ -223,44 +194,98 @@ template <class Sums> class Averager {
     std::array<std::array<std::uint8_t, 256>, kMaxDepth + 1> covering_{};
 };
 
-// Averages the subtrees below one level in parallel, each into its own slots, then the few nodes above them.
-template <class Sums> void average_masks(Model &model, const LevelMasks &masks, int threads) {
-    const int split_level = std::min(4, model.parameters.grid.depth - 1);
-    const auto starts = subtree_starts(masks, split_level);
-    const std::size_t roots = starts[static_cast<std::size_t>(split_level)].size() - 1;
-    std::vector<Sums> split_sums(roots);
-    parallel_for(roots, threads, [&](std::size_t root) {
-        std::vector<std::uint64_t> cursors(masks.size(), 0);
-        for (std::size_t level = static_cast<std::size_t>(split_level); level < masks.size(); ++level)
-            cursors[level] = starts[level][root];
-        split_sums[root] = Averager<Sums>(model, std::move(cursors)).below(split_level);
+// Whether there are streams that only PointSums sums up.
+bool needs_every_sum(const AttributeSet &set) {
+    const StreamList streams = streams_of(set);
+    return std::any_of(streams.begin(), streams.end(), [](const StreamInfo &stream) {
+        const Average average = traits_of(stream.kind).average;
+        return average == Average::vote || average == Average::mean;
     });
-    Sums whole;
-    Averager<Sums>(model, std::vector<std::uint64_t>(masks.size(), 0)).node(0, &split_sums, split_level, whole);
 }
 
 } // namespace
 
+void PointSums::add(const PointSums &other) {
+    const auto add_all = [](auto &to, const auto &from) {
+        std::transform(to.begin(), to.end(), from.begin(), to.begin(), std::plus<>());
+    };
+    votes += other.votes;
+    add_all(normal, other.normal);
+    add_all(moment, other.moment);
+    add_all(colour, other.colour);
+    child_radius = std::max(child_radius, other.child_radius);
+    two_sided |= other.two_sided;
+    add_all(materials, other.materials);
+    add_all(means, other.means);
+}
+
+PointSums average_subtree(const Subtree &subtree, const AttributeSet &set,
+                          const std::array<AveragedNodes, kMaxDepth> &to) {
+    PointSums sums;
+    if (needs_every_sum(set))
+        Averager<PointSums>(subtree, set, to).node(subtree.level, sums);
+    else
+        Averager<CommonSums>(subtree, set, to).node(subtree.level, sums);
+    return sums;
+}
+
+PointSums average_node(int level, int depth, const PointSums &sums, const AttributeSet &set, const AveragedNodes &to) {
+    std::array<AveragedNodes, kMaxDepth> places{};
+    places[static_cast<std::size_t>(level)] = to;
+    PointSums parent;
+    Averager<PointSums>({.level = level, .depth = depth}, set, places).store(level, 0, sums, parent);
+    return parent;
+}
+
+// Averages the subtrees below one level in parallel, each into its own slots, then the few nodes above them.
 void average_levels(Model &model, int threads) {
     const int depth = model.parameters.grid.depth;
     assert(model.levels.size() == static_cast<std::size_t>(depth) + 1);
     LevelMasks masks(model.levels.size());
     for (std::size_t level = 1; level < masks.size(); ++level)
         masks[level] = model.levels[level].masks;
+    const AttributeSet &set = model.parameters.attributes;
     for (int level = 0; level < depth; ++level)
         model.levels[static_cast<std::size_t>(level)].points.resize(
-            level == 0 ? 1 : static_cast<std::size_t>(count_children(masks[static_cast<std::size_t>(level)])),
-            model.parameters.attributes);
+            level == 0 ? 1 : static_cast<std::size_t>(count_children(masks[static_cast<std::size_t>(level)])), set);
 
-    const AttributeSet &set = model.parameters.attributes;
-    const StreamList streams = streams_of(set);
-    if (std::any_of(streams.begin(), streams.end(), [](const StreamInfo &stream) {
-            const Average average = traits_of(stream.kind).average;
-            return average == Average::vote || average == Average::mean;
-        }))
-        average_masks<EverySum>(model, masks, threads);
-    else
-        average_masks<CommonSums>(model, masks, threads);
+    const int split_level = std::min(4, depth - 1);
+    const auto starts = subtree_starts(masks, split_level);
+    const auto count = [&](int level, std::size_t root) {
+        const auto &of_level = starts[static_cast<std::size_t>(level)];
+        return of_level[root + 1] - of_level[root];
+    };
+    std::vector<PointSums> sums(starts[static_cast<std::size_t>(split_level)].size() - 1);
+    parallel_for(sums.size(), threads, [&](std::size_t root) {
+        Subtree subtree{.level = split_level, .depth = depth};
+        std::array<AveragedNodes, kMaxDepth> to{};
+        for (int level = split_level; level < depth; ++level) {
+            const auto l = static_cast<std::size_t>(level);
+            subtree.masks[l] = slice(masks[l + 1], starts[l][root], count(level, root));
+            to[l] = {&model.levels[l].points, static_cast<std::size_t>(starts[l][root])};
+        }
+        subtree.points = view_points(model.levels.back().points, static_cast<std::size_t>(starts.back()[root]),
+                                     static_cast<std::size_t>(count(depth, root)), set);
+        sums[root] = average_subtree(subtree, set, to);
+    });
+
+    SubtreeMerge<PointSums> merge;
+    for (std::size_t root = 0; root < sums.size(); ++root) {
+        NodeCounts counts{};
+        for (int level = split_level; level <= depth; ++level)
+            counts[static_cast<std::size_t>(level)] = count(level, root);
+        merge.add(
+            split_level, counts, sums[root],
+            [&](int level, std::uint64_t index) {
+                return masks[static_cast<std::size_t>(level) + 1][static_cast<std::size_t>(index)];
+            },
+            [](PointSums &parent, const PointSums &node, int, MortonCode) { parent.add(node); },
+            [&](PointSums &node, int level, std::uint64_t index) {
+                node = average_node(
+                    level, depth, node, set,
+                    {&model.levels[static_cast<std::size_t>(level)].points, static_cast<std::size_t>(index)});
+            });
+    }
     average_fields(model, threads);
 }
 

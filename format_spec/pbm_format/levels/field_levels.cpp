@@ -1,5 +1,5 @@
 // Averages of fields over the coarser levels. BVG.md 17.3
-#include "pbm_format/model/model.h"
+#include "pbm_format/levels/averages.h"
 #include "system/threads/parallel.h"
 #include "system/threads/per_thread.h"
 
@@ -21,6 +21,10 @@ Starts starts_above(ByteView masks, const Starts &below) {
         child += node < masks.size() ? kChildren[masks[node]] : 0U;
     }
     return starts;
+}
+
+std::uint32_t rounded_mean(std::uint64_t sum, std::uint64_t votes) {
+    return votes == 0 ? 0 : static_cast<std::uint32_t>((2 * sum + votes) / (2 * votes));
 }
 
 // How often each stored value occurs. All counts are 0 between two uses.
@@ -56,7 +60,7 @@ class FieldAverager {
             sum += value;
             votes += value != 0 ? 1 : 0;
         }
-        return votes == 0 ? 0 : static_cast<std::uint32_t>((2 * sum + votes) / (2 * votes));
+        return rounded_mean(sum, votes);
     }
     std::uint32_t majority(std::uint64_t first, std::uint64_t end) const {
         std::uint32_t best = 0;
@@ -85,18 +89,56 @@ class FieldAverager {
     Histogram &histogram_;
 };
 
-void average_level(const Field &field, ByteView finest, const Starts &starts, int threads, Bytes &to) {
-    constexpr std::size_t kNodes = 4096; // of one task
-    const std::size_t nodes = starts.size() - 1;
-    to.resize(nodes * field.bytes);
-    parallel_for((nodes + kNodes - 1) / kNodes, threads, [&](std::size_t task) {
-        const FieldAverager averager(field, finest);
-        for (std::size_t node = task * kNodes; node < std::min(nodes, (task + 1) * kNodes); ++node)
-            set_stored_value(to, node, field.bytes, averager.average(starts[node], starts[node + 1]));
-    });
+void average_nodes(const Field &field, ByteView finest, const Starts &starts, std::size_t first, std::size_t end,
+                   Bytes &to) {
+    const FieldAverager averager(field, finest);
+    for (std::size_t node = first; node < end; ++node)
+        set_stored_value(to, node, field.bytes, averager.average(starts[node], starts[node + 1]));
 }
 
 } // namespace
+
+void FieldSums::add(const FieldSums &other) {
+    sum += other.sum;
+    votes += other.votes;
+    highest = std::max(highest, other.highest);
+    counts.resize(std::max(counts.size(), other.counts.size()));
+    for (std::size_t value = 0; value < other.counts.size(); ++value)
+        counts[value] += other.counts[value];
+}
+
+FieldSums sum_field(const Field &field, ByteView stored) {
+    FieldSums sums;
+    const bool counts = field.average == FieldAverage::majority;
+    sums.counts.resize(counts ? field.max_stored() + 1 : 0);
+    for (std::size_t point = 0; point < stored.size() / field.bytes; ++point) {
+        const std::uint32_t value = stored_value(stored, point, field.bytes);
+        sums.sum += value;
+        sums.votes += value != 0 ? 1 : 0;
+        sums.highest = std::max(sums.highest, value);
+        if (counts && value != 0)
+            ++sums.counts[value];
+    }
+    return sums;
+}
+
+std::uint32_t average_field(const Field &field, const FieldSums &sums) {
+    if (field.average == FieldAverage::mean)
+        return rounded_mean(sums.sum, sums.votes);
+    if (field.average == FieldAverage::maximum || sums.votes == 0)
+        return sums.highest;
+    return static_cast<std::uint32_t>(std::max_element(sums.counts.begin(), sums.counts.end()) - sums.counts.begin());
+}
+
+void average_field(const Field &field, const Subtree &subtree, ByteView stored, std::array<Bytes, kMaxDepth> &to) {
+    Starts starts;
+    for (int level = subtree.depth - 1; level >= subtree.level; --level) {
+        const auto l = static_cast<std::size_t>(level);
+        starts = starts_above(subtree.masks[l], starts);
+        to[l].resize(subtree.masks[l].size() * field.bytes);
+        average_nodes(field, stored, starts, 0, subtree.masks[l].size(), to[l]);
+    }
+}
 
 void average_fields(Model &model, int threads) {
     std::vector<Field> &fields = model.parameters.fields;
@@ -105,8 +147,13 @@ void average_fields(Model &model, int threads) {
         starts = starts_above(model.levels[level + 1].masks, starts);
         std::vector<Bytes> &columns = model.levels[level].fields;
         columns.resize(fields.size());
-        for (std::size_t f = 0; f < fields.size(); ++f)
-            average_level(fields[f], model.levels.back().fields[f], starts, threads, columns[f]);
+        const std::size_t nodes = starts.size() - 1;
+        for (std::size_t f = 0; f < fields.size(); ++f) {
+            columns[f].resize(nodes * fields[f].bytes);
+            parallel_blocks(nodes, 4096, threads, [&](std::size_t first, std::size_t end) {
+                average_nodes(fields[f], model.levels.back().fields[f], starts, first, end, columns[f]);
+            });
+        }
     }
 }
 
