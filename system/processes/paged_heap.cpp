@@ -6,13 +6,10 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <csignal>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <functional>
-#include <limits>
 #include <map>
 #include <mutex>
 #include <new>
@@ -22,11 +19,9 @@
 #include <vector>
 
 #include <fcntl.h>
-#include <linux/futex.h>
 #include <malloc.h>
 #include <pthread.h>
 #include <sys/mman.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 namespace pbm {
@@ -36,11 +31,11 @@ constexpr std::size_t kPage = 4096;
 constexpr std::size_t kSmall = std::size_t{1} << 14;  // blocks below this size stay in memory
 constexpr std::size_t kLarge = std::size_t{1} << 20;  // mappings of other files below this size are not looked at
 constexpr std::size_t kSlab = std::size_t{16} << 20;  // of blocks of one size between these
-constexpr std::size_t kStride = std::size_t{4} << 20; // that is written out at once
-constexpr std::chrono::milliseconds kLook{2}, kWatch{1}, kRest{20}, kTrim{200};
-// Percent of the limit. Blocks in memory, not in the file: up to kInMemory. Pages are written out above kBegin until
-// kEnd are resident; all other threads wait above kHold until kGoOn are.
-constexpr std::uint64_t kInMemory = 45, kEnd = 55, kBegin = 65, kGoOn = 70, kHold = 75;
+constexpr std::size_t kStride = std::size_t{8} << 20; // that is given back at once
+constexpr std::chrono::milliseconds kLook{2}, kTrim{200};
+// Percent of the limit. Blocks in memory, not in the file: up to kInMemory. Above kBegin pages are given back until
+// kEnd are resident.
+constexpr std::uint64_t kInMemory = 40, kEnd = 45, kBegin = 60;
 
 // For the heap's own lists, which must not allocate from it.
 template <class T> struct SystemAllocator {
@@ -74,82 +69,22 @@ class ResidentMemory {
     Descriptor file_;
 };
 
-// All threads of this process but those that are registered. A signal interrupts them, and its handler waits. Allocates
-// nothing and takes no lock that they may hold.
-class OtherThreads {
-  public:
-    OtherThreads() : folder_(::open("/proc/self/task", O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-        struct sigaction action {};
-        action.sa_handler = [](int) {
-            const int error = errno;
-            while (is_held.load() != 0)
-                ::syscall(SYS_futex, &is_held, FUTEX_WAIT_PRIVATE, 1, nullptr, nullptr, 0);
-            errno = error;
-        };
-        action.sa_flags = SA_RESTART;
-        ::sigemptyset(&action.sa_mask);
-        ::sigaction(signal_number(), &action, nullptr);
-    }
-
-    // The calling thread is none of the others.
-    static void exclude_this_thread() {
-        sigset_t signals;
-        ::sigemptyset(&signals);
-        ::sigaddset(&signals, signal_number());
-        ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-    }
-
-    // May be called again while they are held: new threads are held too.
-    void hold() {
-        is_held = 1;
-        ::lseek(folder_.number(), 0, SEEK_SET);
-        alignas(long) std::array<char, 4096> entries;
-        for (;;) {
-            const long bytes = ::syscall(SYS_getdents64, folder_.number(), entries.data(), entries.size());
-            if (bytes <= 0)
-                return;
-            for (long at = 0; at < bytes;) {
-                constexpr long kLengthAt = 16, kNameAt = 19; // in a linux_dirent64
-                std::uint16_t length = 0;
-                std::memcpy(&length, &entries[static_cast<std::size_t>(at + kLengthAt)], sizeof length);
-                if (const int thread = std::atoi(&entries[static_cast<std::size_t>(at + kNameAt)]); thread > 0)
-                    ::syscall(SYS_tgkill, ::getpid(), thread, signal_number());
-                at += length;
-            }
-        }
-    }
-
-    void go_on() {
-        if (is_held.exchange(0) != 0)
-            ::syscall(SYS_futex, &is_held, FUTEX_WAKE_PRIVATE, std::numeric_limits<int>::max(), nullptr, nullptr, 0);
-    }
-
-  private:
-    static int signal_number() { return SIGRTMIN + 5; }
-    static inline std::atomic<int> is_held{0};
-
-    Descriptor folder_;
-};
-
 class PagedHeap {
   public:
     PagedHeap(std::string folder, int file, std::uint64_t limit)
         : folder_(std::move(folder)), file_(file), limit_(limit) {
-        std::thread([this] { write_out(); }).detach(); // until the process ends
-        std::thread([this] { watch(); }).detach();
+        std::thread([this] { keep_below_limit(); }).detach(); // until the process ends
     }
 
     // Null: the block is to lie in memory. Throws std::bad_alloc if the folder is full.
     void *allocate(std::size_t bytes) {
         if (in_memory_ + static_cast<std::int64_t>(bytes) <= static_cast<std::int64_t>(percent(kInMemory)))
             return nullptr;
-        if (bytes > size_of(kClasses - 1)) {
-            const std::size_t size = (bytes + kPage - 1) / kPage * kPage;
-            const std::lock_guard lock(mutex_);
-            return map_file(size, kOwnPages);
-        }
-        const std::size_t number = class_of(bytes);
         const std::lock_guard lock(mutex_);
+        give_back(); // the thread that does so may get no processor for a while
+        if (bytes > size_of(kClasses - 1))
+            return map_file((bytes + kPage - 1) / kPage * kPage, kOwnPages);
+        const std::size_t number = class_of(bytes);
         SystemVector<char *> &free = free_[number];
         if (free.empty()) {
             char *const slab = map_file(kSlab, number);
@@ -235,62 +170,54 @@ class PagedHeap {
 
     std::uint64_t percent(std::uint64_t of_limit) const { return limit_ / 100 * of_limit; }
 
-    // Writes pages out whenever much is resident.
-    [[noreturn]] void write_out() {
-        OtherThreads::exclude_this_thread();
+    [[noreturn]] void keep_below_limit() {
         using Clock = std::chrono::steady_clock;
-        Clock::duration rest = kLook;
         for (Clock::time_point next_trim{};;) {
-            std::this_thread::sleep_for(std::exchange(rest, kLook));
+            std::this_thread::sleep_for(kLook);
             if (resident_.bytes() <= percent(kBegin))
                 continue;
             if (Clock::now() >= next_trim) { // what was freed is kept for later blocks
                 ::malloc_trim(0);
                 next_trim = Clock::now() + kTrim;
             }
-            const SystemVector<Mapping> all = mappings();
-            {
-                const std::lock_guard lock(writing_mutex_);
-                is_writing_ = true;
+            const bool is_enough = [this] {
+                const std::lock_guard lock(mutex_);
+                return give_back();
+            }();
+            if (!is_enough)
+                drop_files_that_are_read();
+        }
+    }
+
+    // Takes pages of the file out of this process if too many are resident. They stay in the system's cache, which it
+    // writes and empties as memory is needed. Once around all regions at most, from where the last call ended. False if
+    // that was not enough. The mutex is held.
+    bool give_back() {
+        if (resident_.bytes() <= percent(kBegin))
+            return true;
+        for (std::size_t turns = 0; turns <= regions_.size(); ++turns) {
+            auto found = regions_.upper_bound(hand_);
+            if (found != regions_.begin() && hand_ < std::prev(found)->first + std::prev(found)->second.size)
+                --found;
+            if (found == regions_.end()) {
+                hand_ = nullptr;
+                continue;
             }
-            const bool was_any = write_out_until(percent(kEnd), all);
-            const std::lock_guard lock(writing_mutex_);
-            is_writing_ = false;
-            world_.go_on();
-            if (!was_any) // it would only search again
-                rest = kRest;
+            char *const end = found->first + found->second.size;
+            for (hand_ = std::max(hand_, found->first); hand_ < end;) {
+                const std::size_t size = std::min(kStride, static_cast<std::size_t>(end - hand_));
+                ::madvise(hand_, size, MADV_DONTNEED); // of a shared mapping: its contents stay
+                hand_ += size;
+                if (resident_.bytes() <= percent(kEnd))
+                    return true;
+            }
         }
+        return resident_.bytes() <= percent(kBegin);
     }
 
-    // Holds all other threads up while they fill memory faster than a disk takes it. They may hold any lock, so that
-    // happens only while write_out needs none.
-    [[noreturn]] void watch() {
-        OtherThreads::exclude_this_thread();
-        for (;;) {
-            std::this_thread::sleep_for(kWatch);
-            const std::uint64_t now = resident_.bytes();
-            const std::lock_guard lock(writing_mutex_);
-            if (now > percent(kHold) && is_writing_)
-                world_.hold();
-            else if (now <= percent(kGoOn))
-                world_.go_on();
-        }
-    }
-
-    struct Mapping {
-        char *begin;
-        std::size_t size;
-        std::uint64_t at; // in the heap's file; kForeign: a file that is read, such as a scan
-    };
-    static constexpr std::uint64_t kForeign = ~std::uint64_t{0};
-
-    SystemVector<Mapping> mappings() {
-        SystemVector<Mapping> found;
-        {
-            const std::lock_guard lock(mutex_);
-            for (const auto &[begin, region] : regions_)
-                found.push_back({begin, region.size, region.at});
-        }
+    // Large mappings of other files, such as a scan. One that is unmapped meanwhile does no harm: whatever takes its
+    // place is paged out and read again.
+    static void drop_files_that_are_read() {
         std::FILE *const file = std::fopen("/proc/self/maps", "r");
         std::array<char, 512> line{};
         while (file != nullptr && std::fgets(line.data(), line.size(), file) != nullptr) {
@@ -299,91 +226,24 @@ class PagedHeap {
             std::array<char, 5> access{};
             if (std::sscanf(line.data(), "%p-%p %4s %*s %*s %lu", &first, &last, access.data(), &inode) != 4)
                 continue;
-            auto *const begin = static_cast<char *>(first);
-            const auto size = static_cast<std::size_t>(static_cast<char *>(last) - begin);
+            const auto size = static_cast<std::size_t>(static_cast<char *>(last) - static_cast<char *>(first));
             if (inode != 0 && size >= kLarge && access[1] == '-' && access[2] == '-')
-                found.push_back({begin, size, kForeign});
+                ::madvise(first, size, MADV_PAGEOUT);
         }
         if (file != nullptr)
             std::fclose(file);
-        std::sort(found.begin(), found.end(), [](const Mapping &a, const Mapping &b) { return a.begin < b.begin; });
-        return found;
-    }
-
-    // A part of a mapping. One that is unmapped meanwhile does no harm: nothing is lost by writing pages out.
-    struct Stride {
-        char *begin = nullptr;
-        std::size_t size = 0;
-        std::uint64_t at = kForeign;
-    };
-
-    // The system writes dirty pages of files only when it sees fit, and drops none of them before.
-    void start_writing(const Stride &stride) const {
-        if (stride.at != kForeign)
-            ::sync_file_range(file_.number(), static_cast<off64_t>(stride.at), static_cast<off64_t>(stride.size),
-                              SYNC_FILE_RANGE_WRITE);
-    }
-    void drop(const Stride &stride) const {
-        if (stride.size == 0)
-            return;
-        if (stride.at != kForeign)
-            ::sync_file_range(file_.number(), static_cast<off64_t>(stride.at), static_cast<off64_t>(stride.size),
-                              SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER);
-        ::madvise(stride.begin, stride.size, MADV_PAGEOUT);
-    }
-
-    // Whether any of its pages is in memory; a page of another process counts.
-    static bool is_resident(const Stride &stride) {
-        std::array<unsigned char, kStride / kPage> pages{};
-        return ::mincore(stride.begin, stride.size, pages.data()) == 0 &&
-               std::any_of(pages.begin(), pages.end(), [](unsigned char page) { return (page & 1) != 0; });
-    }
-
-    // Once around all mappings at most, from where the last call ended. While one stride is written, the next ones are
-    // on their way. False if none of them had pages in memory.
-    bool write_out_until(std::uint64_t low, const SystemVector<Mapping> &all) {
-        const auto first = static_cast<std::size_t>(
-            std::find_if(all.begin(), all.end(), [&](const Mapping &m) { return hand_ < m.begin + m.size; }) -
-            all.begin());
-        std::array<Stride, 4> on_their_way;
-        std::size_t next = 0;
-        const auto finish = [&] {
-            for (std::size_t i = 0; i < on_their_way.size(); ++i)
-                drop(on_their_way[(next + i) % on_their_way.size()]);
-        };
-        for (std::size_t i = 0; i < all.size(); ++i) {
-            const Mapping &mapping = all[(first + i) % all.size()];
-            const bool is_begun = i == 0 && first < all.size() && hand_ > mapping.begin;
-            for (std::size_t from = is_begun ? static_cast<std::size_t>(hand_ - mapping.begin) : 0; from < mapping.size;
-                 from += kStride) {
-                const Stride stride{mapping.begin + from, std::min(kStride, mapping.size - from),
-                                    mapping.at == kForeign ? kForeign : mapping.at + from};
-                hand_ = stride.begin + stride.size;
-                if (!is_resident(stride))
-                    continue;
-                start_writing(stride);
-                drop(std::exchange(on_their_way[next++ % on_their_way.size()], stride));
-                if (resident_.bytes() <= low)
-                    return finish(), true;
-            }
-        }
-        finish();
-        return next > 0;
     }
 
     std::string folder_;
     Descriptor file_;
     std::uint64_t limit_;
+    ResidentMemory resident_;
     std::atomic<std::int64_t> in_memory_{0}; // bytes of blocks of kSmall and more that do not lie in the file
-    std::mutex mutex_;                   // guards the next three
+    std::mutex mutex_;                       // guards the next four
     std::map<char *, Region, std::less<>, SystemAllocator<std::pair<char *const, Region>>> regions_;
     std::array<SystemVector<char *>, kClasses> free_;
     std::uint64_t end_ = 0; // of the file
-    char *hand_ = nullptr;       // up to where pages were written out
-    ResidentMemory resident_;
-    std::mutex writing_mutex_;   // guards the next two
-    bool is_writing_ = false;
-    OtherThreads world_;
+    char *hand_ = nullptr;  // pages were given back up to here
     bool is_child_ = false; // set before the child has a second thread
 };
 
