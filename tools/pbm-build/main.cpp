@@ -194,8 +194,7 @@ Result<Model> merge(const Arguments &arguments, const std::string &key, std::spa
     std::vector<Part> parts;
     StepClock clock(statistics, progress);
     for (std::uint64_t i = 0; i < arguments.merged; ++i) {
-        Result<Part> part =
-            clock.run("read parts", [&] { return read_part(files[i], {key, {i, arguments.merged}}); });
+        Result<Part> part = clock.run("read parts", [&] { return read_part(files[i], {key, {i, arguments.merged}}); });
         if (!part)
             return Error{part.error().code, 0, files[i] + ": " + part.error().message};
         parts.push_back(std::move(*part));
@@ -247,9 +246,8 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
         return fail(arguments.build.scene.panorama->file, panorama.error());
     }
     const std::vector<std::string> parts = parts_to_merge(arguments);
-    Result<Model> model =
-        parts.empty() ? read_and_build(arguments.inputs, arguments.build, statistics, progress)
-                      : merge(arguments, cache_key(record, false), parts, statistics, progress);
+    Result<Model> model = parts.empty() ? read_and_build(arguments.inputs, arguments.build, statistics, progress)
+                                        : merge(arguments, cache_key(record, false), parts, statistics, progress);
     display.clear();
     if (!model)
         return fail_input(parts.empty() ? arguments.inputs : parts, model.error());

@@ -6,6 +6,7 @@
 #include "pbm_build/parts/part_file.h"
 #include "pbm_scan/text/printable.h"
 #include "system/files/file_names.h"
+#include "system/files/mapped_file.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -132,9 +133,8 @@ std::string ninja_parts(const Arguments &arguments, std::span<const std::string>
     for (const std::string &input : arguments.inputs)
         inputs += " " + shell_word(input);
     std::string text = ninja_head(arguments, arguments.output + " in " + counted(arguments.shards, "part")) +
-                       "command = " + ninja_value(command_of(arguments)) +
-                       " --warnings --threads=1 --output " + ninja_value(shell_word(arguments.output)) +
-                       "\ninputs =" + ninja_value(inputs) +
+                       "command = " + ninja_value(command_of(arguments)) + " --warnings --threads=1 --output " +
+                       ninja_value(shell_word(arguments.output)) + "\ninputs =" + ninja_value(inputs) +
                        "\n\nrule part\n"
                        "  command = $command --shard $shard -- $inputs\n"
                        "  description = part $shard of " +
@@ -151,7 +151,8 @@ std::string ninja_parts(const Arguments &arguments, std::span<const std::string>
     for (std::uint64_t i = 0; i < arguments.shards; ++i) {
         const std::string part = ninja_path(part_file_name(arguments.output, {i, arguments.shards}));
         parts += " " + part;
-        text += "build " + part + ": part" + needed + "\n  shard = " + std::to_string(i) + "/" + count + "\n";
+        text.append("build ").append(part).append(": part").append(needed);
+        text.append("\n  shard = ").append(std::to_string(i)).append("/").append(count).append("\n");
     }
     return text + "build " + model + ": model" + parts + " |" + needed + "\n";
 }
@@ -166,7 +167,8 @@ std::string slurm_parts(const Arguments &arguments) {
         need += error ? 0 : estimate.of(input, bytes);
         inputs += " " + shell_word(input);
     }
-    const std::string log = fs::absolute(arguments.output).lexically_normal().string(), script = shell_word(arguments.plan);
+    const std::string log = fs::absolute(arguments.output).lexically_normal().string(),
+                      script = shell_word(arguments.plan);
     return slurm_head(arguments.output + " in " + counted(arguments.shards, "part"), "sh " + script,
                       {slurm_memory(need), "--output=" + log + ".slurm-%a.log"}) +
            // Started by hand, it submits itself twice.

@@ -78,7 +78,8 @@ class PartWriter {
 // Blocks of a file whose hash is right. After the first that is missing all are empty.
 class PartReader {
   public:
-    explicit PartReader(ByteView bytes) : left_(bytes.subspan(kMagic.size(), bytes.size() - kMagic.size() - kHashBytes)) {}
+    explicit PartReader(ByteView bytes)
+        : left_(bytes.subspan(kMagic.size(), bytes.size() - kMagic.size() - kHashBytes)) {}
 
     ByteView next() {
         ByteReader in(left_);
@@ -223,8 +224,8 @@ Status write_part(const std::string &path, const PartName &name, const Part &par
     out.add(as_bytes(part.metadata));
     out.add(as_bytes(report_of(part.statistics)));
     const Voxels &voxels = part.voxels;
-    const LevelMasks masks = voxels.codes.empty() ? LevelMasks(static_cast<std::size_t>(depth) + 1)
-                                                  : encode_octree(voxels.codes, depth);
+    const LevelMasks masks =
+        voxels.codes.empty() ? LevelMasks(static_cast<std::size_t>(depth) + 1) : encode_octree(voxels.codes, depth);
     for (std::size_t level = 1; level < masks.size(); ++level)
         out.add(masks[level]);
     for_columns(
