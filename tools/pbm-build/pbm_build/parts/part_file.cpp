@@ -78,7 +78,8 @@ class PartWriter {
 // Blocks of a file whose hash is right. After the first that is missing all are empty.
 class PartReader {
   public:
-    explicit PartReader(ByteView bytes) : left_(bytes.subspan(kMagic.size(), bytes.size() - kMagic.size() - kHashBytes)) {}
+    explicit PartReader(ByteView bytes)
+        : left_(bytes.subspan(kMagic.size(), bytes.size() - kMagic.size() - kHashBytes)) {}
 
     ByteView next() {
         ByteReader in(left_);
@@ -118,6 +119,11 @@ bool is_whole(ByteView bytes) {
 
 Error damaged() {
     return {ErrorCode::bad_input, 0, "this part is damaged, or was written by another version: build it again"};
+}
+
+nlohmann::json read_head(PartReader &in) {
+    const ByteView text = in.next();
+    return nlohmann::json::parse(text.begin(), text.end());
 }
 
 // Of a file whose hash is right.
@@ -223,8 +229,8 @@ Status write_part(const std::string &path, const PartName &name, const Part &par
     out.add(as_bytes(part.metadata));
     out.add(as_bytes(report_of(part.statistics)));
     const Voxels &voxels = part.voxels;
-    const LevelMasks masks = voxels.codes.empty() ? LevelMasks(static_cast<std::size_t>(depth) + 1)
-                                                  : encode_octree(voxels.codes, depth);
+    const LevelMasks masks =
+        voxels.codes.empty() ? LevelMasks(static_cast<std::size_t>(depth) + 1) : encode_octree(voxels.codes, depth);
     for (std::size_t level = 1; level < masks.size(); ++level)
         out.add(masks[level]);
     for_columns(
@@ -241,8 +247,7 @@ Result<Part> read_part(const std::string &path, const PartName &name) try {
     if (!file)
         return file.error();
     PartReader in(file->bytes());
-    const ByteView head_text = in.next();
-    const nlohmann::json head = nlohmann::json::parse(head_text.begin(), head_text.end());
+    const nlohmann::json head = read_head(in);
     if (const Status named = check_name(head, name); !named)
         return named.error();
     Part part;
@@ -262,13 +267,20 @@ Result<Part> read_part(const std::string &path, const PartName &name) try {
     return damaged();
 }
 
-bool is_part(const std::string &path, const PartName &name) {
+std::optional<PartFigures> find_part(const std::string &path, const PartName &name) try {
     const Result<MappedFile> file = open_part(path);
     if (!file)
-        return false;
-    const ByteView head = PartReader(file->bytes()).next();
-    const nlohmann::json json = nlohmann::json::parse(head.begin(), head.end(), nullptr, false);
-    return json.is_object() && check_name(json, name).ok();
+        return std::nullopt;
+    PartReader in(file->bytes());
+    const nlohmann::json head = read_head(in);
+    if (!check_name(head, name))
+        return std::nullopt;
+    const Result<Grid> grid = decode_grid(in.next(), head.at("depth"));
+    if (!grid)
+        return std::nullopt;
+    return PartFigures{*grid, head.at("points")};
+} catch (const nlohmann::json::exception &) {
+    return std::nullopt;
 }
 
 } // namespace pbm::build
