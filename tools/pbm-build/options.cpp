@@ -120,9 +120,9 @@ bool is_one_of(std::string_view name, std::span<const std::string_view> names) {
 
 // Collects the options that each build of a batch or plan gets.
 void collect_forwarded(const CommandLine &line, Arguments &arguments) {
-    constexpr std::array<std::string_view, 9> kOfAll{
-        "--cache",  "--cache-size",    "--if-changed",  "--source-hash", "--write-dependencies",
-        "--recipe", "--allow-outside", "--mesh-report", "--temp-dir"};
+    constexpr std::array<std::string_view, 9> kOfAll{"--cache",         "--cache-size",         "--if-changed",
+                                                     "--source-hash",   "--write-dependencies", "--recipe",
+                                                     "--allow-outside", "--mesh-report",        "--temp-dir"};
     for (const command_line::GivenValue &option : line.given)
         if (option.name != "INPUT" && !option.is_setting && (changes_result(option) || is_one_of(option.name, kOfAll)))
             arguments.forwarded.push_back(option.name + "=" + option.value);
@@ -155,8 +155,9 @@ std::optional<int> check_parts(const CommandLine &line, const Arguments &argumen
     if (arguments.shard.count > kMaxParts)
         return command_line::fail_usage(line.program, "--shard: a model has at most 1000 parts");
     if (arguments.build.grid.max_points)
-        return command_line::fail_usage(line.program, "parts of a model need a grid that each of them knows: --depth or "
-                                                      "--voxel-size instead of --max-points");
+        return command_line::fail_usage(line.program,
+                                        "parts of a model need a grid that each of them knows: --depth or "
+                                        "--voxel-size instead of --max-points");
     if (arguments.build.mesh.report)
         return command_line::fail_usage(line.program, "--mesh-report is of a whole build, not of parts");
     if (is_stream(arguments.output))
@@ -379,7 +380,8 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
              command_line::stored(parse_shard, arguments.shard),
              {.type = "I/N", .check = command_line::readable(parse_shard), .is_setting = false});
     line.add("--merge", "Make the model from its N parts, which --shard 0/N ... built with the same inputs and options",
-             &arguments.merged, {.check = command_line::Integers{2, kMaxParts}, .is_setting = false, .excludes = {"--shard", "--batch"}});
+             &arguments.merged,
+             {.check = command_line::Integers{2, kMaxParts}, .is_setting = false, .excludes = {"--shard", "--batch"}});
     line.add("--plan",
              "Write what --batch, or --shards for one model, would do as a Ninja file or a Slurm script, and build "
              "nothing",
@@ -394,7 +396,10 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
                   },
               .is_setting = false});
     line.add("--shards", "Parts of the model that --plan divides among machines", &arguments.shards,
-             {.check = command_line::Integers{2, kMaxParts}, .is_setting = false, .excludes = {"--batch"}, .needs = "--plan"});
+             {.check = command_line::Integers{2, kMaxParts},
+              .is_setting = false,
+              .excludes = {"--batch", "--shard", "--merge"},
+              .needs = "--plan"});
     line.add("--cache",
              "Folder of models by the hashes of input and options: one that is there is copied, not built; default "
              "$PBM_CACHE_DIR",
@@ -406,11 +411,12 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
 
 void add_memory_options(CommandLine &line, Arguments &arguments) {
     line.topic = "General";
-    line.add("--max-memory",
-             "Resident memory, like 4G; default a quarter of the machine's: what is larger lies in temporary files. Of "
-             "--batch: of all builds together, by estimates, fewer of which run at a time; default half of the machine's",
-             command_line::stored(command_line::parse_bytes, arguments.max_memory),
-             {.type = "BYTES", .check = command_line::readable(command_line::parse_bytes), .is_setting = false});
+    line.add(
+        "--max-memory",
+        "Resident memory, like 4G; default a quarter of the machine's: what is larger lies in temporary files. Of "
+        "--batch: of all builds together, by estimates, fewer of which run at a time; default half of the machine's",
+        command_line::stored(command_line::parse_bytes, arguments.max_memory),
+        {.type = "BYTES", .check = command_line::readable(command_line::parse_bytes), .is_setting = false});
     line.add("--temp-dir", "Folder for the temporary files of --max-memory; default $TMPDIR, else /var/tmp",
              &arguments.temp_folder, {.type = "DIR", .is_setting = false});
 }
