@@ -1,6 +1,5 @@
 #include "batch_run.h"
 
-
 #include "command_line/command_line.h"
 #include "command_line/error_log.h"
 #include "command_line/json_report.h"

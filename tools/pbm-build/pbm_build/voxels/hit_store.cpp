@@ -11,7 +11,7 @@ constexpr int kMaxBucketLevel = 5; // a surface touches a few thousand of the 32
 static_assert(3 * (kMaxDepth - kMaxBucketLevel) + kSourceBits <= 64);
 constexpr std::size_t kFirstChunk = 128, kLargestChunk = 8192; // words
 constexpr std::uint64_t kCountedAtOnce = 1 << 12;
-constexpr std::size_t kSlab = std::size_t{1} << 15;            // words, 64 KiB
+constexpr std::size_t kSlab = std::size_t{1} << 15; // words, 64 KiB
 
 } // namespace
 
