@@ -114,7 +114,8 @@ cmp alone.pbvg "all in 100%.pbvg"
 for log in 0 1 2 3 merge; do [ -e "all in 100%.pbvg.slurm-$log.log" ]; done
 [ "$(state_of "$failed_merge")" = CANCELLED ]
 [ "$(cat failed.pbvg)" = "the old model" ]
-[ -e failed.pbvg.part-0-of-2 ] && [ ! -e failed.pbvg.slurm-merge.log ]
+[ -e failed.pbvg.part-0-of-2 ]
+[ ! -e failed.pbvg.slurm-merge.log ]
 grep -q failed.pbvg.part-1-of-2 failed.pbvg.slurm-1.log
 
 rm -f out/slurm-*.log out/shard-*.jsonl out/batch.slurm

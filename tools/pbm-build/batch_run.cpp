@@ -5,6 +5,7 @@
 #include "command_line/json_report.h"
 #include "pbm_batch/build_batch.h"
 #include "pbm_scan/text/printable.h"
+#include "plan.h"
 #include "system/files/descriptor.h"
 #include "system/processes/this_process.h"
 #include "system/threads/parallel.h"

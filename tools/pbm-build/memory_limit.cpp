@@ -3,6 +3,7 @@
 #include "command_line/command_line.h"
 #include "command_line/error_log.h"
 #include "pbm_batch/memory_estimate.h"
+#include "pbm_scan/text/printable.h"
 #include "system/processes/paged_heap.h"
 #include "system/processes/this_process.h"
 

@@ -8,6 +8,7 @@
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 #include "system/files/file_names.h"
+#include "system/files/mapped_file.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -158,10 +159,15 @@ std::string command_of_parts(const Arguments &arguments) {
            " --warnings --output " + shell_word(arguments.output);
 }
 
+constexpr const char *kAlways = "pbm-build-always"; // a target that is never there
+
+std::string ninja_part(const std::string &part, const std::string &needed, const std::string &shard) {
+    return "build " + part + ": part" + needed + " | " + kAlways + "\n  shard = " + shard + "\n";
+}
+
 // Ninja judges by times, which damage need not change: each run lets every shard verify its part. A part that is kept
 // has its old time, so that the model is kept, too.
 std::string ninja_parts(const Arguments &arguments, std::span<const std::string> sources) {
-    constexpr std::string_view kAlways = "pbm-build-always";
     const std::string count = std::to_string(arguments.shards), model = ninja_path(arguments.output);
     std::string text = ninja_head(arguments, arguments.output + " in " + counted(arguments.shards, "part")) +
                        "program = " + ninja_value(command_of_parts(arguments)) +
@@ -176,15 +182,14 @@ std::string ninja_parts(const Arguments &arguments, std::span<const std::string>
                        count +
                        " -- $inputs\n"
                        "  description = " +
-                       ninja_value(arguments.output) + "\n\nbuild " + std::string(kAlways) + ": phony\n";
+                       ninja_value(arguments.output) + "\n\nbuild " + kAlways + ": phony\n";
     std::string needed, parts;
     for (const std::string &source : sources)
         needed += " " + ninja_path(source);
     for (std::uint64_t i = 0; i < arguments.shards; ++i) {
         const std::string part = ninja_path(part_file_name(arguments.output, {i, arguments.shards}));
+        text += ninja_part(part, needed, std::to_string(i) + "/" + count);
         parts += " " + part;
-        text += "build " + part + ": part" + needed + " | " + std::string(kAlways) +
-                "\n  shard = " + std::to_string(i) + "/" + count + "\n";
     }
     return text + "build " + model + ": model" + parts + " |" + needed + "\ndefault " + model + "\n";
 }

@@ -50,7 +50,7 @@ const Grid kGrid{.depth = 8};
 
 TEST(BucketRanges, AllPartsTogetherHaveAllBucketsOnceInAscendingOrder) {
     const Surface points = lattice_of_points(20);
-    for (const std::uint64_t count : {1, 2, 3, 7, 64, 511, 512, 513, 1000})
+    for (const unsigned count : {1U, 2U, 3U, 7U, 64U, 511U, 512U, 513U, 1000U})
         expect_all_buckets_once(ranges_of(points, kGrid, count), bucket_count(kGrid.depth));
     for (const int depth : {kMinDepth, 5, 6, 10}) {
         Grid grid{.depth = depth};
@@ -61,7 +61,7 @@ TEST(BucketRanges, AllPartsTogetherHaveAllBucketsOnceInAscendingOrder) {
 
 TEST(BucketRanges, PartsOfAnEvenScanHaveEquallyManyOfItsSources) {
     const Surface points = lattice_of_points(32); // in all 512 buckets
-    for (const std::size_t count : {2, 4, 8, 13}) {
+    for (const std::size_t count : {2U, 4U, 8U, 13U}) {
         const std::size_t even = bucket_count(kGrid.depth) / count;
         for (const BucketRange &range : ranges_of(points, kGrid, count)) {
             EXPECT_GE(range.last - range.first, even);
@@ -237,7 +237,7 @@ TEST_F(PartFile, HoldsEveryAttribute) {
     for (const ColourFormat colour : {ColourFormat::none, ColourFormat::rgb565, ColourFormat::rgb888})
         for (const bool material : {false, true})
             for (const auto &fields : {std::vector<Field>{}, two_fields()})
-                for (const std::size_t points : {0, 1, 2, 1000})
+                for (const std::size_t points : {0U, 1U, 2U, 1000U})
                     expect_round_trip(numbered_part(5, points, {.colour = colour, .material = material}, fields));
 }
 
