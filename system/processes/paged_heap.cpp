@@ -180,21 +180,18 @@ class PagedHeap {
                 ::malloc_trim(0);
                 next_trim = Clock::now() + kTrim;
             }
-            const bool is_enough = [this] {
-                const std::lock_guard lock(mutex_);
-                return give_back();
-            }();
-            if (!is_enough)
-                drop_files_that_are_read();
+            drop_files_that_are_read();
+            const std::lock_guard lock(mutex_);
+            give_back();
         }
     }
 
     // Takes pages of the file out of this process if too many are resident. They stay in the system's cache, which it
-    // writes and empties as memory is needed. Once around all regions at most, from where the last call ended. False if
-    // that was not enough. The mutex is held.
-    bool give_back() {
+    // writes and empties as memory is needed. Once around all regions at most, from where the last call ended. The
+    // mutex is held.
+    void give_back() {
         if (resident_.bytes() <= percent(kBegin))
-            return true;
+            return;
         for (std::size_t turns = 0; turns <= regions_.size(); ++turns) {
             auto found = regions_.upper_bound(hand_);
             if (found != regions_.begin() && hand_ < std::prev(found)->first + std::prev(found)->second.size)
@@ -209,15 +206,14 @@ class PagedHeap {
                 ::madvise(hand_, size, MADV_DONTNEED); // of a shared mapping: its contents stay
                 hand_ += size;
                 if (resident_.bytes() <= percent(kEnd))
-                    return true;
+                    return;
             }
         }
-        return resident_.bytes() <= percent(kBegin);
     }
 
-    // Large mappings of other files, such as a scan. One that is unmapped meanwhile does no harm: whatever takes its
-    // place is paged out and read again.
-    static void drop_files_that_are_read() {
+    // Pages of large mappings of other files, such as a scan, which is read from its start to its end. A mapping that
+    // is unmapped meanwhile does no harm: whatever takes its place is paged out and read again.
+    void drop_files_that_are_read() {
         std::FILE *const file = std::fopen("/proc/self/maps", "r");
         std::array<char, 512> line{};
         while (file != nullptr && std::fgets(line.data(), line.size(), file) != nullptr) {
@@ -226,9 +222,17 @@ class PagedHeap {
             std::array<char, 5> access{};
             if (std::sscanf(line.data(), "%p-%p %4s %*s %*s %lu", &first, &last, access.data(), &inode) != 4)
                 continue;
-            const auto size = static_cast<std::size_t>(static_cast<char *>(last) - static_cast<char *>(first));
-            if (inode != 0 && size >= kLarge && access[1] == '-' && access[2] == '-')
-                ::madvise(first, size, MADV_PAGEOUT);
+            auto *const begin = static_cast<char *>(first), *const end = static_cast<char *>(last);
+            const auto size = static_cast<std::size_t>(end - begin);
+            if (inode == 0 || size < kLarge || access[1] != '-' || access[2] != '-')
+                continue;
+            const std::size_t start =
+                begin <= hand_in_files_ && hand_in_files_ < end ? static_cast<std::size_t>(hand_in_files_ - begin) : 0;
+            for (std::size_t done = 0; done < size && resident_.bytes() > percent(kEnd); done += kStride) {
+                char *const at = begin + (start + done) % size;
+                ::madvise(at, std::min(kStride, static_cast<std::size_t>(end - at)), MADV_PAGEOUT);
+                hand_in_files_ = at;
+            }
         }
         if (file != nullptr)
             std::fclose(file);
@@ -238,6 +242,7 @@ class PagedHeap {
     Descriptor file_;
     std::uint64_t limit_;
     ResidentMemory resident_;
+    char *hand_in_files_ = nullptr;          // pages of other files were dropped up to here
     std::atomic<std::int64_t> in_memory_{0}; // bytes of blocks of kSmall and more that do not lie in the file
     std::mutex mutex_;                       // guards the next four
     std::map<char *, Region, std::less<>, SystemAllocator<std::pair<char *const, Region>>> regions_;

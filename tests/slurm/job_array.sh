@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
-# Runs the Slurm script of a batch on a real Slurm of one machine, whose daemons this script starts without systemd:
+# Runs the Slurm scripts of a batch and of one model in parts on a real Slurm of one machine, whose daemons this script
+# starts without systemd:
 #
 #   job_array.sh PROGRAM_FOLDER WORK_FOLDER
 #
-# Needs root, and the Debian packages slurmctld, slurmd, slurm-client and munge; exit code 77 without them. A task is
-# killed in the middle and requeued; the models must be those of one run of pbm-build --batch.
+# Needs root, and the Debian packages slurmctld, slurmd, slurm-client and munge; exit code 77 without them. A task of
+# each is killed in the middle and requeued; the models must be those of one run of pbm-build. A part that fails must
+# leave the old model.
 set -euo pipefail
 programs=$1 work=$2
 if [ "$(id -u)" -ne 0 ] || ! command -v slurmctld slurmd munged sbatch >/dev/null; then
@@ -82,20 +84,46 @@ code=0
 "$programs/pbm-build" --batch scans --output-dir out --depth 11 --plan batch.slurm
 grep -q '#SBATCH --array=0-7' batch.slurm
 
+
+# Names that need quoting, and a part of a plan that cannot be written.
+one=("scans/s1.ply" "scans/s2.ply" --depth 11 --name "it's one")
+"$programs/pbm-build" "${one[@]}" -q -o alone.pbvg
+"$programs/pbm-build" "${one[@]}" -o "all in 100%.pbvg" --shards 4 --plan "the parts.slurm"
+"$programs/pbm-build" scans/s1.ply --depth 6 -o failed.pbvg --shards 2 --plan failed.slurm
+mkdir failed.pbvg.part-1-of-2
+echo "the old model" | tee failed.pbvg >"all in 100%.pbvg"
+
+running() { squeue -h -j "$1" -t RUNNING 2>/dev/null | grep -q .; }
+ended() { ! squeue -h -j "$1" 2>/dev/null | grep -q .; }
+state_of() { scontrol show job "$1" 2>/dev/null | sed -n 's/^ *JobState=\([A-Z]*\).*/\1/p'; }
 job=$(sbatch --parsable --array=0-3 <(sed 's:/8":/4":' batch.slurm))
-running() { squeue -h -j "${job}_2" -t RUNNING 2>/dev/null | grep -q .; }
-wait_for 120 running
+wait_for 120 running "${job}_2"
 scontrol requeue "${job}_2" # kills the task
-echo "task 2 was killed and requeued; Slurm waits two minutes before it starts it again"
-ended() { ! squeue -h -j "$job" 2>/dev/null | grep -q .; }
-wait_for 300 ended
+merge=$(sh "the parts.slurm" --comment="what sbatch is told")
+parts=$(squeue -h -j "$merge" -o %E | sed 's/^afterok:\([0-9]*\).*/\1/')
+wait_for 300 running "${parts}_1"
+scontrol requeue "${parts}_1"
+echo "a task of each was killed and requeued; Slurm waits two minutes before it starts it again"
+failed_merge=$(sh failed.slurm)
+wait_for 300 ended "$job"
+wait_for 300 ended "$merge"
+wait_for 300 ended "$failed_merge"
+
+[ "$(state_of "$merge")" = COMPLETED ]
+cmp alone.pbvg "all in 100%.pbvg"
+for log in 0 1 2 3 merge; do [ -e "all in 100%.pbvg.slurm-$log.log" ]; done
+[ "$(state_of "$failed_merge")" = CANCELLED ]
+[ "$(cat failed.pbvg)" = "the old model" ]
+[ -e failed.pbvg.part-0-of-2 ]
+[ ! -e failed.pbvg.slurm-merge.log ]
+grep -q failed.pbvg.part-1-of-2 failed.pbvg.slurm-1.log
 
 rm -f out/slurm-*.log out/shard-*.jsonl out/batch.slurm
 diff -r alone out
-! find out -name '*.pbm-*' | grep . || { echo "a part is left" >&2; exit 1; }
+! find . -name '*.pbm-*' | grep . || { echo "an unfinished file is left" >&2; exit 1; }
 
 # The same plan through Ninja.
 "$programs/pbm-build" --batch scans --output-dir made --depth 11 --plan batch.ninja
 ninja -k 0 -f batch.ninja >/dev/null 2>&1 || true
 diff -r alone made
-echo "the models of Slurm and of Ninja are those of one batch"
+echo "the models of Slurm and of Ninja are those of one run"

@@ -70,13 +70,14 @@ void warn_of_dropped(const BuildStatistics &statistics, command_line::Verbosity 
 
 int fail(const std::string &path, const Error &error) { return command_line::fail(kProgram, path, error); }
 
-// Errors about one of several inputs begin with its name.
-int fail_input(std::span<const std::string> inputs, Error error) {
-    for (const std::string &input : inputs)
-        if (const std::string begin = name_of(input) + ": "; error.message.starts_with(begin)) {
-            error.message.erase(0, begin.size());
-            return fail(name_of(input), error);
-        }
+// Errors about one of several inputs, or about a part, begin with its name.
+int fail_input(std::span<const std::string> inputs, Error error, std::span<const std::string> parts = {}) {
+    for (const auto &files : {parts, inputs})
+        for (const std::string &file : files)
+            if (const std::string begin = name_of(file) + ": "; error.message.starts_with(begin)) {
+                error.message.erase(0, begin.size());
+                return fail(name_of(file), error);
+            }
     return fail(inputs.size() == 1 ? name_of(inputs.front()) : "", error);
 }
 
@@ -152,15 +153,22 @@ Result<SourceRecord> record_of(const Arguments &arguments, std::span<const std::
     return make_record(sources, arguments.request, in_order);
 }
 
-// Builds one part, unless it is there. Returns the exit code.
+// Builds the part `output`, unless it is there. Returns the exit code.
 int build_part(const Arguments &arguments, std::span<const std::string> sources, BuildStatistics &statistics) {
     const auto record = record_of(arguments, sources);
     if (!record)
         return fail_input(sources, record.error());
-    const std::string file = part_file_name(arguments.output, arguments.shard);
     const PartName name{cache_key(*record, false), arguments.shard};
-    if (is_part(file, name)) {
+    const auto take = [&](const PartFigures &part) {
+        statistics.points = part.points;
+        statistics.depth = part.grid.depth;
+        statistics.voxel_size = part.grid.voxel_size;
+        std::error_code error;
+        statistics.file_bytes = std::filesystem::file_size(arguments.output, error);
+    };
+    if (const auto found = find_part(arguments.output, name)) {
         statistics.outcome = Outcome::up_to_date;
+        take(*found);
         return 0;
     }
     command_line::ProgressDisplay display(arguments.verbosity, arguments.progress);
@@ -171,13 +179,9 @@ int build_part(const Arguments &arguments, std::span<const std::string> sources,
     if (!part)
         return fail_input(arguments.inputs, part.error());
     warn_of_dropped(statistics, arguments.verbosity);
-    if (const Status written = write_part(file, name, *part); !written)
-        return fail(file, written.error());
-    std::error_code error;
-    statistics.file_bytes = std::filesystem::file_size(file, error);
-    statistics.points = part->voxels.codes.size();
-    statistics.depth = part->parameters.grid.depth;
-    statistics.voxel_size = part->parameters.grid.voxel_size;
+    if (const Status written = write_part(arguments.output, name, *part); !written)
+        return fail(arguments.output, written.error());
+    take({part->parameters.grid, part->voxels.codes.size()});
     return 0;
 }
 
@@ -250,7 +254,7 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
                                         : merge(arguments, cache_key(record, false), parts, statistics, progress);
     display.clear();
     if (!model)
-        return fail_input(parts.empty() ? arguments.inputs : parts, model.error());
+        return fail_input(arguments.inputs, model.error(), parts);
     model->images.panorama = std::move(*panorama);
     warn_of_dropped(statistics, arguments.verbosity);
     if (keeps_record) {
@@ -279,6 +283,9 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
         arguments.cache = folder;
     if (!arguments.batch.empty())
         return run_batch(kProgram, arguments);
+    const bool is_part = arguments.shard.count > 1;
+    if (is_part)
+        arguments.output = part_file_name(arguments.output, arguments.shard);
     if (const auto failed = arguments.plan.empty() ? limit_memory(kProgram, arguments) : std::nullopt)
         return *failed;
     if (arguments.depfile && arguments.depfile_name.empty())
@@ -301,11 +308,8 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
     if (!arguments.plan.empty())
         return plan_parts(kProgram, arguments, files);
     BuildStatistics statistics;
-    const bool is_part = arguments.shard.count > 1;
     if (const int code = (is_part ? build_part : build)(arguments, sources, statistics); code != 0)
         return code;
-    if (is_part)
-        arguments.output = part_file_name(arguments.output, arguments.shard); // for the reports
     if (arguments.depfile) {
         std::erase_if(files, is_stream);
         const Status written =

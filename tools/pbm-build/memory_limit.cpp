@@ -25,18 +25,6 @@ std::string temporary_folder(const Arguments &arguments) {
 
 std::string gigabytes(std::uint64_t bytes) { return formatted("%.1f GB", static_cast<double>(bytes) * 1e-9); }
 
-// Bytes that builds of such inputs needed at most; those of a stream are not known.
-std::uint64_t likely_need(const Arguments &arguments) {
-    const batch::MemoryEstimate estimate;
-    std::uint64_t need = 0;
-    for (const std::string &input : arguments.inputs) {
-        std::error_code error;
-        if (const auto bytes = fs::file_size(input, error); !error)
-            need += estimate.of(input, bytes);
-    }
-    return need;
-}
-
 void announce(std::string_view program, const std::string &folder, std::uint64_t need, std::uint64_t limit) {
     std::error_code error;
     const std::uint64_t room = fs::space(folder, error).available;
@@ -50,6 +38,17 @@ void announce(std::string_view program, const std::string &folder, std::uint64_t
 }
 
 } // namespace
+
+std::uint64_t likely_need(const Arguments &arguments) {
+    const batch::MemoryEstimate estimate;
+    std::uint64_t need = 0;
+    for (const std::string &input : arguments.inputs) {
+        std::error_code error;
+        if (const auto bytes = fs::file_size(input, error); !error)
+            need += estimate.of(input, bytes);
+    }
+    return need;
+}
 
 std::optional<int> limit_memory(std::string_view program, const Arguments &arguments) {
     const bool is_asked_for = arguments.max_memory != 0;

@@ -398,7 +398,7 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
     line.add("--shards", "Parts of the model that --plan divides among machines", &arguments.shards,
              {.check = command_line::Integers{2, kMaxParts},
               .is_setting = false,
-              .excludes = {"--batch"},
+              .excludes = {"--batch", "--shard", "--merge"},
               .needs = "--plan"});
     line.add("--cache",
              "Folder of models by the hashes of input and options: one that is there is copied, not built; default "

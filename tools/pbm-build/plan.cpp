@@ -2,8 +2,10 @@
 
 #include "command_line/command_line.h"
 #include "depfile.h"
+#include "memory_limit.h"
 #include "pbm_batch/memory_estimate.h"
 #include "pbm_build/parts/part_file.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 #include "system/files/file_names.h"
 #include "system/files/mapped_file.h"
@@ -57,8 +59,8 @@ std::string command_of(const Arguments &arguments) {
 }
 
 std::string ninja_head(const Arguments &arguments, const std::string &what) {
-    return "# Builds " + what + "; run it in the folder in which it was made:\n#   ninja -f " + arguments.plan +
-           "\nninja_required_version = 1.5\n\n";
+    return "# Builds " + what + "; run it in the folder in which it was made:\n#   ninja -f " +
+           shell_word(arguments.plan) + "\nninja_required_version = 1.5\n\n";
 }
 
 // The first lines of a script, up to its last option for sbatch. `how` starts it.
@@ -74,6 +76,14 @@ std::string slurm_head(const std::string &what, const std::string &how, const st
     return text + "\ncd " + shell_word(fs::current_path().string()) + " || exit 2\n";
 }
 
+// A file of a task as an option for sbatch, which replaces what begins with %.
+std::string slurm_log(const std::string &folder_and_name, const std::string &ending) {
+    std::string escaped;
+    for (const char c : folder_and_name)
+        escaped += c == '%' ? std::string("%%") : std::string(1, c);
+    return shell_word("--output=" + escaped + ending);
+}
+
 std::string slurm_memory(std::uint64_t bytes) { return "--mem=" + std::to_string((bytes >> 20) + 1) + "M"; }
 
 std::string last_task(std::size_t tasks) { return "--array=0-" + std::to_string(tasks - 1); }
@@ -85,11 +95,18 @@ int write_plan(std::string_view program, const Arguments &arguments, const std::
 
 bool is_ninja(const Arguments &arguments) { return lower_extension(arguments.plan) == ".ninja"; }
 
-// 0 unless Ninja cannot write one of the names.
-int check_names(std::string_view program, const Arguments &arguments, std::span<const std::string> names) {
-    for (const std::string &name : names)
-        if (const Status writable = check_depfile_name(name); is_ninja(arguments) && !writable)
+// 0 unless the file cannot hold one of the names.
+int check_names(std::string_view program, const Arguments &arguments, std::vector<std::string> names) {
+    names.push_back(arguments.plan);
+    for (const std::string &name : names) {
+        Status writable;
+        if (is_ninja(arguments))
+            writable = check_depfile_name(name);
+        else if (name.find_first_of("\r\n") != std::string::npos) // would end a comment
+            writable = usage("a name of several lines cannot stand in a script; rename the file or its folder");
+        if (!writable)
             return command_line::fail(program, name, writable.error());
+    }
     return 0;
 }
 
@@ -116,7 +133,7 @@ std::string slurm_batch(const Arguments &arguments, std::span<const batch::Scan>
     const std::size_t tasks = std::min(scans.size(), kMaxTasks);
     const std::string folder = fs::absolute(arguments.output_folder).lexically_normal().string();
     return slurm_head(counted(scans.size(), "scan") + " of pbm-build --batch", "sbatch " + shell_word(arguments.plan),
-                      {last_task(tasks), slurm_memory(most), "--output=" + folder + "/slurm-%a.log"}) +
+                      {last_task(tasks), slurm_memory(most), slurm_log(folder, "/slurm-%a.log")}) +
            "exec " + command_of(arguments) + " --if-changed --batch " + shell_word(arguments.batch) + " --output-dir " +
            shell_word(arguments.output_folder) +
            " --keep-going --warnings \\\n"
@@ -127,74 +144,88 @@ std::string slurm_batch(const Arguments &arguments, std::span<const batch::Scan>
            shell_word(arguments.output_folder) + "/\"shard-$SLURM_ARRAY_TASK_ID.jsonl\"\n";
 }
 
+// The inputs as a shell reads them, each behind a space.
+std::string input_words(const Arguments &arguments) {
+    std::string words;
+    for (const std::string &input : arguments.inputs)
+        words += " " + shell_word(input);
+    return words;
+}
+
+// What builds a part or the model, but for --threads, the step, and the inputs.
+std::string command_of_parts(const Arguments &arguments) {
+    const std::uint64_t limit = arguments.max_memory;
+    return command_of(arguments) + (limit == 0 ? "" : " --max-memory=" + std::to_string(limit)) +
+           " --warnings --output " + shell_word(arguments.output);
+}
+
+constexpr const char *kAlways = "pbm-build-always"; // a target that is never there
+
+std::string ninja_part(const std::string &part, const std::string &needed, const std::string &shard) {
+    return "build " + part + ": part" + needed + " | " + kAlways + "\n  shard = " + shard + "\n";
+}
+
+// Ninja judges by times, which damage need not change: each run lets every shard verify its part. A part that is kept
+// has its old time, so that the model is kept, too.
 std::string ninja_parts(const Arguments &arguments, std::span<const std::string> sources) {
     const std::string count = std::to_string(arguments.shards), model = ninja_path(arguments.output);
-    std::string inputs, parts;
-    for (const std::string &input : arguments.inputs)
-        inputs += " " + shell_word(input);
     std::string text = ninja_head(arguments, arguments.output + " in " + counted(arguments.shards, "part")) +
-                       "command = " + ninja_value(command_of(arguments)) + " --warnings --threads=1 --output " +
-                       ninja_value(shell_word(arguments.output)) + "\ninputs =" + ninja_value(inputs) +
+                       "program = " + ninja_value(command_of_parts(arguments)) +
+                       "\ninputs =" + ninja_value(input_words(arguments)) +
                        "\n\nrule part\n"
-                       "  command = $command --shard $shard -- $inputs\n"
+                       "  command = $program --threads=1 --shard $shard -- $inputs\n"
                        "  description = part $shard of " +
                        ninja_value(arguments.output) +
-                       "\nrule model\n"
-                       "  command = $command --merge " +
+                       "\n  restat = 1\n"
+                       "rule model\n"
+                       "  command = $program --merge " +
                        count +
                        " -- $inputs\n"
                        "  description = " +
-                       ninja_value(arguments.output) + "\n\n";
-    std::string needed;
+                       ninja_value(arguments.output) + "\n\nbuild " + kAlways + ": phony\n";
+    std::string needed, parts;
     for (const std::string &source : sources)
         needed += " " + ninja_path(source);
     for (std::uint64_t i = 0; i < arguments.shards; ++i) {
         const std::string part = ninja_path(part_file_name(arguments.output, {i, arguments.shards}));
+        text += ninja_part(part, needed, std::to_string(i) + "/" + count);
         parts += " " + part;
-        text.append("build ").append(part).append(": part").append(needed);
-        text.append("\n  shard = ").append(std::to_string(i)).append("/").append(count).append("\n");
     }
-    return text + "build " + model + ": model" + parts + " |" + needed + "\n";
+    return text + "build " + model + ": model" + parts + " |" + needed + "\ndefault " + model + "\n";
 }
 
+// Bytes of memory that a part or the merge needs at most.
+std::uint64_t need_of_part(const Arguments &arguments) {
+    const std::uint64_t need = likely_need(arguments), limit = arguments.max_memory; // passed by small blocks
+    return limit == 0 ? need : std::min(need, limit + limit / 2);
+}
+
+// Started by hand, the script submits itself twice, with a word that says as what.
 std::string slurm_parts(const Arguments &arguments) {
-    const batch::MemoryEstimate estimate;
-    std::uint64_t need = 0;
-    std::string inputs;
-    for (const std::string &input : arguments.inputs) {
-        std::error_code error;
-        const auto bytes = fs::file_size(input, error);
-        need += error ? 0 : estimate.of(input, bytes);
-        inputs += " " + shell_word(input);
-    }
-    const std::string log = fs::absolute(arguments.output).lexically_normal().string(),
-                      script = shell_word(arguments.plan);
-    return slurm_head(arguments.output + " in " + counted(arguments.shards, "part"), "sh " + script,
-                      {slurm_memory(need), "--output=" + log + ".slurm-%a.log"}) +
-           // Started by hand, it submits itself twice.
-           "if [ -z \"$SLURM_JOB_ID\" ]; then\n"
+    const std::string log = fs::absolute(arguments.output).lexically_normal().string();
+    const std::string script = shell_word(arguments.plan), count = std::to_string(arguments.shards);
+    return slurm_head(arguments.output + " in " + counted(arguments.shards, "part"), "sh " + script + " [OPTIONS]",
+                      {slurm_memory(need_of_part(arguments))}) +
+           "case \"$1\" in\n"
+           "shard) step=\"--shard=$SLURM_ARRAY_TASK_ID/" +
+           count +
+           "\" ;;\n"
+           "merge) step=--merge=" +
+           count +
+           " ;;\n"
+           "*)\n"
            "    parts=$(sbatch --parsable " +
-           last_task(arguments.shards) + " " + script +
-           ") || exit 2\n"
-           "    exec sbatch --parsable --dependency=\"afterok:$parts\" --kill-on-invalid-dep=yes \\\n"
-           "        --output=" +
-           shell_word(log + ".slurm-merge.log") + " " + script +
-           "\n"
-           "fi\n"
-           "if [ -n \"$SLURM_ARRAY_TASK_ID\" ]; then\n"
-           "    step=\"--shard=$SLURM_ARRAY_TASK_ID/" +
-           std::to_string(arguments.shards) +
-           "\"\n"
-           "else\n"
-           "    step=--merge=" +
-           std::to_string(arguments.shards) +
-           "\n"
-           "fi\n"
+           last_task(arguments.shards) + " " + slurm_log(log, ".slurm-%a.log") + " \"$@\" " + script +
+           " shard) || exit 2\n"
+           "    exec sbatch --parsable --dependency=\"afterok:${parts%%;*}\" --kill-on-invalid-dep=yes \\\n"
+           "        " +
+           slurm_log(log, ".slurm-merge.log") + " \"$@\" " + script +
+           " merge\n"
+           "    ;;\n"
+           "esac\n"
            "exec " +
-           command_of(arguments) + " --output " + shell_word(arguments.output) +
-           " --warnings \\\n"
-           "    --threads \"${SLURM_CPUS_PER_TASK:-1}\" \"$step\" --" +
-           inputs + "\n";
+           command_of_parts(arguments) + " \\\n    --threads \"${SLURM_CPUS_PER_TASK:-1}\" \"$step\" --" +
+           input_words(arguments) + "\n";
 }
 
 } // namespace
@@ -207,7 +238,7 @@ int plan_batch(std::string_view program, const Arguments &arguments, std::span<c
         names.push_back(scan.input);
         names.push_back(scan.output);
     }
-    if (const int code = check_names(program, arguments, names); code != 0)
+    if (const int code = check_names(program, arguments, std::move(names)); code != 0)
         return code;
     std::error_code error;
     fs::create_directories(arguments.output_folder, error); // where Slurm writes logs
@@ -218,7 +249,7 @@ int plan_batch(std::string_view program, const Arguments &arguments, std::span<c
 int plan_parts(std::string_view program, const Arguments &arguments, std::span<const std::string> sources) {
     std::vector<std::string> names(sources.begin(), sources.end());
     names.push_back(arguments.output);
-    if (const int code = check_names(program, arguments, names); code != 0)
+    if (const int code = check_names(program, arguments, std::move(names)); code != 0)
         return code;
     return write_plan(program, arguments,
                       is_ninja(arguments) ? ninja_parts(arguments, sources) : slurm_parts(arguments));

@@ -11,7 +11,7 @@
 namespace pbm::build {
 
 // Write --plan. Both kinds of file call this very program with the options that it was given, so that what is
-// interrupted goes on where it was. Return the exit code: 1 if Ninja cannot write the name of a file, 2 if the file
+// interrupted goes on where it was. Return the exit code: 1 if the file cannot hold a name, 2 if it
 // cannot be written.
 
 // Of a batch.
@@ -20,7 +20,7 @@ namespace pbm::build {
 int plan_batch(std::string_view program, const Arguments &arguments, std::span<const batch::Scan> scans);
 
 // Of one model in --shards parts. `sources`: all files that are read.
-//   .ninja  a target for each part, and the model
+//   .ninja  a target for each part, which every run verifies, and the model
 //   .slurm  a job array of the parts, and a job that joins them if all of them succeeded
 int plan_parts(std::string_view program, const Arguments &arguments, std::span<const std::string> sources);
 

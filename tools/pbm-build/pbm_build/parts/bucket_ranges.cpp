@@ -14,11 +14,12 @@ BucketRange buckets_of_part(const SurfaceSampler &sampler, const PartNumber &par
     for (std::size_t i = 0; i < sampler.source_count(); ++i)
         ++begun[sampler.first_voxel(i) >> local_bits];
     std::inclusive_scan(begun.begin(), begun.end(), begun.begin());
-    const auto end_of = [&](std::uint64_t index) {
-        const auto wanted = static_cast<std::uint64_t>(static_cast<double>(begun.back()) * static_cast<double>(index) /
-                                                       static_cast<double>(part.count));
-        const auto found = index == part.count ? begun.end() : std::lower_bound(begun.begin(), begun.end(), wanted);
-        return static_cast<std::size_t>(found - begun.begin());
+    // Behind the bucket with which the parts up to here have their share.
+    const auto end_of = [&](std::uint64_t parts) {
+        const auto share = static_cast<std::uint64_t>(static_cast<double>(begun.back()) * static_cast<double>(parts) /
+                                                      static_cast<double>(part.count));
+        const auto last = std::lower_bound(begun.begin(), begun.end(), share);
+        return parts == part.count ? begun.size() : static_cast<std::size_t>(last - begun.begin()) + 1;
     };
     return {part.index == 0 ? 0 : end_of(part.index), end_of(part.index + 1)};
 }

@@ -121,6 +121,11 @@ Error damaged() {
     return {ErrorCode::bad_input, 0, "this part is damaged, or was written by another version: build it again"};
 }
 
+nlohmann::json read_head(PartReader &in) {
+    const ByteView text = in.next();
+    return nlohmann::json::parse(text.begin(), text.end());
+}
+
 // Of a file whose hash is right.
 Status check_name(const nlohmann::json &head, const PartName &name) {
     const auto is = [&](const char *key, const nlohmann::json &value) {
@@ -242,8 +247,7 @@ Result<Part> read_part(const std::string &path, const PartName &name) try {
     if (!file)
         return file.error();
     PartReader in(file->bytes());
-    const ByteView head_text = in.next();
-    const nlohmann::json head = nlohmann::json::parse(head_text.begin(), head_text.end());
+    const nlohmann::json head = read_head(in);
     if (const Status named = check_name(head, name); !named)
         return named.error();
     Part part;
@@ -263,13 +267,20 @@ Result<Part> read_part(const std::string &path, const PartName &name) try {
     return damaged();
 }
 
-bool is_part(const std::string &path, const PartName &name) {
+std::optional<PartFigures> find_part(const std::string &path, const PartName &name) try {
     const Result<MappedFile> file = open_part(path);
     if (!file)
-        return false;
-    const ByteView head = PartReader(file->bytes()).next();
-    const nlohmann::json json = nlohmann::json::parse(head.begin(), head.end(), nullptr, false);
-    return json.is_object() && check_name(json, name).ok();
+        return std::nullopt;
+    PartReader in(file->bytes());
+    const nlohmann::json head = read_head(in);
+    if (!check_name(head, name))
+        return std::nullopt;
+    const Result<Grid> grid = decode_grid(in.next(), head.at("depth"));
+    if (!grid)
+        return std::nullopt;
+    return PartFigures{*grid, head.at("points")};
+} catch (const nlohmann::json::exception &) {
+    return std::nullopt;
 }
 
 } // namespace pbm::build

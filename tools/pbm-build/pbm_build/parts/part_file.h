@@ -9,6 +9,7 @@
 #include "pbm_build/parts/part.h"
 #include "system/error.h"
 
+#include <optional>
 #include <string>
 
 namespace pbm::build {
@@ -32,7 +33,12 @@ Status write_part(const std::string &path, const PartName &name, const Part &par
 //         bad_input  the file is no part, damaged, or another part than `name`
 Result<Part> read_part(const std::string &path, const PartName &name);
 
-// Whether `path` holds this very part, whole.
-bool is_part(const std::string &path, const PartName &name);
+struct PartFigures {
+    Grid grid;
+    std::uint64_t points = 0;
+};
+
+// Nothing unless `path` holds this very part, whole.
+std::optional<PartFigures> find_part(const std::string &path, const PartName &name);
 
 } // namespace pbm::build
