@@ -109,6 +109,14 @@ class PagedHeap {
     }
     bool is_child() const { return is_child_; }
 
+    // Why the folder last had no room.
+    Status room() const {
+        const int error = room_error_;
+        return error == 0 ? Status()
+                          : Error{ErrorCode::memory, 0,
+                                  folder_ + ": no room for temporary files: " + std::generic_category().message(error)};
+    }
+
     // False: the block is none of this heap.
     bool release(void *block) {
         std::unique_lock lock(mutex_);
@@ -155,12 +163,14 @@ class PagedHeap {
     char *map_file(std::size_t size, std::size_t number) {
         // Reserved now: a full disk is an error here, and no signal when a page is touched.
         const auto at = static_cast<off_t>(end_);
-        const int error = ::posix_fallocate(file_.number(), at, static_cast<off_t>(size));
+        int error = 0;
+        do
+            error = ::posix_fallocate(file_.number(), at, static_cast<off_t>(size));
+        while (error == EINTR);
         void *const block =
             error != 0 ? MAP_FAILED : ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file_.number(), at);
         if (block == MAP_FAILED) {
-            std::fprintf(stderr, "%s: no room for temporary files: %s\n", folder_.c_str(),
-                         std::generic_category().message(error != 0 ? error : errno).c_str());
+            room_error_ = error != 0 ? error : errno;
             throw std::bad_alloc();
         }
         regions_.emplace(static_cast<char *>(block), Region{end_, size, number});
@@ -174,6 +184,7 @@ class PagedHeap {
         using Clock = std::chrono::steady_clock;
         for (Clock::time_point next_trim{};;) {
             std::this_thread::sleep_for(kLook);
+            end_if_pages_are_lost();
             if (resident_.bytes() <= percent(kBegin))
                 continue;
             if (Clock::now() >= next_trim) { // what was freed is kept for later blocks
@@ -187,6 +198,21 @@ class PagedHeap {
             if (!is_enough)
                 drop_files_that_are_read();
         }
+    }
+
+    // The system reports once that it could not write pages of the file, and may drop them then. A range without pages
+    // is asked for, so that this waits for none.
+    void end_if_pages_are_lost() const {
+        constexpr off64_t kBehindAll = off64_t{1} << 62;
+        if (::sync_file_range(file_.number(), kBehindAll, 1, SYNC_FILE_RANGE_WAIT_BEFORE) == 0)
+            return;
+        const int error = errno;
+        if (error != EIO && error != ENOSPC && error != EDQUOT)
+            return;
+        const std::string line = std::string(::program_invocation_short_name) + ": " + folder_ +
+                                 ": cannot write temporary files: " + std::generic_category().message(error) + "\n";
+        const bool is_said = ::write(STDERR_FILENO, line.data(), line.size()) >= 0;
+        ::_exit(is_said ? exit_code(ErrorCode::io) : 2);
     }
 
     // Takes pages of the file out of this process if too many are resident. They stay in the system's cache, which it
@@ -238,6 +264,7 @@ class PagedHeap {
     Descriptor file_;
     std::uint64_t limit_;
     ResidentMemory resident_;
+    std::atomic<int> room_error_{0};         // errno
     std::atomic<std::int64_t> in_memory_{0}; // bytes of blocks of kSmall and more that do not lie in the file
     std::mutex mutex_;                       // guards the next four
     std::map<char *, Region, std::less<>, SystemAllocator<std::pair<char *const, Region>>> regions_;
@@ -259,6 +286,11 @@ Status page_heap(const std::string &folder, std::uint64_t limit) {
     ::pthread_atfork([] { the_heap.load()->before_fork(); }, [] { the_heap.load()->after_fork_in_parent(); },
                      [] { the_heap.load()->after_fork_in_child(); });
     return {};
+}
+
+Status paged_heap_room() {
+    const PagedHeap *const heap = the_heap.load();
+    return heap == nullptr ? Status() : heap->room();
 }
 
 } // namespace pbm
