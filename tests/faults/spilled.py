@@ -83,7 +83,7 @@ def each_call_fails(world, tally):
         for call in sorted({*made, *HARMLESS}):
             # The calls of the heap's own thread are counted by name only.
             faults = faults_of(call, made.count(call) or len(world.calls(program, {"CALL": call})))
-            for n, kind, error in faults if world.complete else chosen.sample(faults, min(len(faults), 3)):
+            for n, kind, error in faults if world.complete else chosen.sample(faults, min(len(faults), 2)):
                 call_fails(world, program, {"CALL": call, "AT": n, "KIND": kind}, error, tally)
 
 
