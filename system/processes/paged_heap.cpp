@@ -80,21 +80,24 @@ class PagedHeap {
     void *allocate(std::size_t bytes) {
         if (in_memory_ + static_cast<std::int64_t>(bytes) <= static_cast<std::int64_t>(percent(kInMemory)))
             return nullptr;
-        const std::lock_guard lock(mutex_);
-        give_back(); // the thread that does so may get no processor for a while
-        if (bytes > size_of(kClasses - 1))
-            return map_file((bytes + kPage - 1) / kPage * kPage, kOwnPages);
-        const std::size_t number = class_of(bytes);
-        SystemVector<char *> &free = free_[number];
-        if (free.empty()) {
-            char *const slab = map_file(kSlab, number);
-            const std::size_t size = size_of(number);
-            for (std::size_t at = kSlab / size * size; at >= size; at -= size)
-                free.push_back(slab + at - size); // the first block is the next one
+        const std::size_t number = bytes > size_of(kClasses - 1) ? kOwnPages : class_of(bytes);
+        {
+            const std::lock_guard lock(mutex_);
+            give_back(); // the thread that does so may get no processor for a while
+            if (number != kOwnPages && !free_[number].empty())
+                return take_free(number);
         }
-        char *const block = free.back();
-        free.pop_back();
-        return block;
+        Region region{0, number == kOwnPages ? (bytes + kPage - 1) / kPage * kPage : kSlab, number};
+        region.at = end_.fetch_add(region.size);
+        char *const mapped = map_file(region); // takes a while on a busy disk: others go on
+        const std::lock_guard lock(mutex_);
+        regions_.emplace(mapped, region);
+        if (number == kOwnPages)
+            return mapped;
+        const std::size_t size = size_of(number);
+        for (std::size_t at = kSlab / size * size; at >= size; at -= size)
+            free_[number].push_back(mapped + at - size); // the first block is the next one
+        return take_free(number);
     }
 
     // Counts a block that was put into memory, or one that leaves it.
@@ -108,6 +111,14 @@ class PagedHeap {
         mutex_.unlock();
     }
     bool is_child() const { return is_child_; }
+
+    // Why the folder last had no room.
+    Status room() const {
+        const int error = room_error_;
+        return error == 0 ? Status()
+                          : Error{ErrorCode::memory, 0,
+                                  folder_ + ": no room for temporary files: " + std::generic_category().message(error)};
+    }
 
     // False: the block is none of this heap.
     bool release(void *block) {
@@ -151,20 +162,27 @@ class PagedHeap {
         return number;
     }
 
-    // The mutex is held.
-    char *map_file(std::size_t size, std::size_t number) {
+    // There is one. The mutex is held.
+    char *take_free(std::size_t number) {
+        char *const block = free_[number].back();
+        free_[number].pop_back();
+        return block;
+    }
+
+    char *map_file(const Region &region) {
         // Reserved now: a full disk is an error here, and no signal when a page is touched.
-        const auto at = static_cast<off_t>(end_);
-        const int error = ::posix_fallocate(file_.number(), at, static_cast<off_t>(size));
-        void *const block =
-            error != 0 ? MAP_FAILED : ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file_.number(), at);
+        const auto at = static_cast<off_t>(region.at), size = static_cast<off_t>(region.size);
+        int error = 0;
+        do
+            error = ::posix_fallocate(file_.number(), at, size);
+        while (error == EINTR);
+        void *const block = error != 0
+                                ? MAP_FAILED
+                                : ::mmap(nullptr, region.size, PROT_READ | PROT_WRITE, MAP_SHARED, file_.number(), at);
         if (block == MAP_FAILED) {
-            std::fprintf(stderr, "%s: no room for temporary files: %s\n", folder_.c_str(),
-                         std::generic_category().message(error != 0 ? error : errno).c_str());
+            room_error_ = error != 0 ? error : errno;
             throw std::bad_alloc();
         }
-        regions_.emplace(static_cast<char *>(block), Region{end_, size, number});
-        end_ += size;
         return static_cast<char *>(block);
     }
 
@@ -174,6 +192,7 @@ class PagedHeap {
         using Clock = std::chrono::steady_clock;
         for (Clock::time_point next_trim{};;) {
             std::this_thread::sleep_for(kLook);
+            end_if_pages_are_lost();
             if (resident_.bytes() <= percent(kBegin))
                 continue;
             if (Clock::now() >= next_trim) { // what was freed is kept for later blocks
@@ -184,6 +203,21 @@ class PagedHeap {
             const std::lock_guard lock(mutex_);
             give_back();
         }
+    }
+
+    // The system reports once that it could not write pages of the file, and may drop them then. A range without pages
+    // is asked for, so that this waits for none.
+    void end_if_pages_are_lost() const {
+        constexpr off64_t kBehindAll = off64_t{1} << 62;
+        if (::sync_file_range(file_.number(), kBehindAll, 1, SYNC_FILE_RANGE_WAIT_BEFORE) == 0)
+            return;
+        const int error = errno;
+        if (error != EIO && error != ENOSPC && error != EDQUOT)
+            return;
+        const std::string line = std::string(::program_invocation_short_name) + ": " + folder_ +
+                                 ": cannot write temporary files: " + std::generic_category().message(error) + "\n";
+        const bool is_said = ::write(STDERR_FILENO, line.data(), line.size()) >= 0;
+        ::_exit(is_said ? exit_code(ErrorCode::io) : 2);
     }
 
     // Takes pages of the file out of this process if too many are resident. They stay in the system's cache, which it
@@ -243,11 +277,12 @@ class PagedHeap {
     std::uint64_t limit_;
     ResidentMemory resident_;
     char *hand_in_files_ = nullptr;          // pages of other files were dropped up to here
+    std::atomic<int> room_error_{0};         // errno
     std::atomic<std::int64_t> in_memory_{0}; // bytes of blocks of kSmall and more that do not lie in the file
-    std::mutex mutex_;                       // guards the next four
+    std::atomic<std::uint64_t> end_{0};      // of the file
+    std::mutex mutex_;                       // guards the next three
     std::map<char *, Region, std::less<>, SystemAllocator<std::pair<char *const, Region>>> regions_;
     std::array<SystemVector<char *>, kClasses> free_;
-    std::uint64_t end_ = 0; // of the file
     char *hand_ = nullptr;  // pages were given back up to here
     bool is_child_ = false; // set before the child has a second thread
 };
@@ -264,6 +299,11 @@ Status page_heap(const std::string &folder, std::uint64_t limit) {
     ::pthread_atfork([] { the_heap.load()->before_fork(); }, [] { the_heap.load()->after_fork_in_parent(); },
                      [] { the_heap.load()->after_fork_in_child(); });
     return {};
+}
+
+Status paged_heap_room() {
+    const PagedHeap *const heap = the_heap.load();
+    return heap == nullptr ? Status() : heap->room();
 }
 
 } // namespace pbm

@@ -16,7 +16,16 @@ namespace pbm {
 // the memory, and a page that is used again before costs no reading. A child process (child_process.h) shares the
 // blocks that there are: it must not write to them. It allocates none.
 //
+// If the folder is full, an allocation throws std::bad_alloc. If the system reports that it could not write pages,
+// their contents may be lost: the program ends within milliseconds, with a line that names the folder and with exit
+// code 2.
+//
 // errors  io  the folder takes no file without a name
 Status page_heap(const std::string &folder, std::uint64_t limit);
+
+// Why an allocation failed: the message of a program that ends with std::bad_alloc.
+//
+// errors  memory  the folder had no room for a block; the text names the folder
+Status paged_heap_room();
 
 } // namespace pbm

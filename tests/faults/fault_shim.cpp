@@ -1,8 +1,11 @@
 // Preloaded library: makes the n-th system call of a program fail, or changes files just before it. Environment:
 //
 //   PBM_FAULT_LOG=FILE         appends the name of every call, in order
+//   PBM_FAULT_CALL=NAME        counts and logs calls of this name only. Without it, all calls but madvise and
+//                              sync_file_range, whose number differs from run to run
 //   PBM_FAULT_AT=N             the affected call, counted from 1; a child continues its parent's count
 //   PBM_FAULT_KIND=error       the call is not made and fails with PBM_FAULT_ERRNO
+//                 =errors      so do all later ones
 //                 =short       the call transfers half of its bytes, at least one
 //                 =kill        the program is killed instead
 //                 =move        PBM_FAULT_PATH is renamed to PBM_FAULT_TO before the call
@@ -58,16 +61,23 @@ std::string_view text_of(const char *name) {
     return text == nullptr ? std::string_view() : text;
 }
 
+bool is_counted(std::string_view name) {
+    const std::string_view only = text_of("PBM_FAULT_CALL");
+    return only.empty() ? name != "madvise" && name != "sync_file_range" : name == only;
+}
+
 // Decides the fate of this call.
 Fate next_call(const char *name) {
     static std::atomic<long> count{0};
     static const long at =
         std::strtol(text_of("PBM_FAULT_AT").empty() ? "0" : std::getenv("PBM_FAULT_AT"), nullptr, 10);
+    if (!is_counted(name))
+        return Fate::made;
     const long number = ++count;
     log_call(name);
-    if (number != at)
-        return Fate::made;
     const std::string_view kind = text_of("PBM_FAULT_KIND");
+    if (at == 0 || (kind == "errors" ? number < at : number != at))
+        return Fate::made;
     const char *const path = std::getenv("PBM_FAULT_PATH");
     if (kind == "kill")
         ::syscall(SYS_kill, ::syscall(SYS_getpid), SIGKILL);
@@ -194,6 +204,21 @@ void *mmap(void *at, size_t size, int access, int how, int file, off_t offset) n
 void *mmap64(void *at, size_t size, int access, int how, int file, off_t offset) noexcept {
     return mmap(at, size, access, how, file, offset);
 }
+int madvise(void *at, size_t size, int advice) noexcept {
+    return call<int(void *, size_t, int)>("madvise", at, size, advice);
+}
+int sync_file_range(int file, off64_t at, off64_t size, unsigned flags) {
+    return call<int(int, off64_t, off64_t, unsigned)>("sync_file_range", file, at, size, flags);
+}
+int fallocate(int file, int mode, off_t at, off_t size) {
+    return call<int(int, int, off_t, off_t)>("fallocate", file, mode, at, size);
+}
+int fallocate64(int file, int mode, off64_t at, off64_t size) { return fallocate(file, mode, at, size); }
+int posix_fallocate(int file, off_t at, off_t size) { // returns the error
+    static auto *const next = real<int(int, off_t, off_t)>("posix_fallocate");
+    return next_call("posix_fallocate") == Fate::failed ? errno : next(file, at, size);
+}
+int posix_fallocate64(int file, off64_t at, off64_t size) { return posix_fallocate(file, at, size); }
 void *mremap(void *at, size_t before, size_t size, int how, ...) noexcept {
     static auto *const next = real<void *(void *, size_t, size_t, int, ...)>("mremap");
     return next_call("mremap") == Fate::failed ? MAP_FAILED : next(at, before, size, how);

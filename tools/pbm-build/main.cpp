@@ -14,6 +14,7 @@
 #include "system/files/cache_folder.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"
+#include "system/processes/paged_heap.h"
 #include "system/processes/this_process.h"
 
 #include <array>
@@ -68,7 +69,11 @@ void warn_of_dropped(const BuildStatistics &statistics, command_line::Verbosity 
         }
 }
 
-int fail(const std::string &path, const Error &error) { return command_line::fail(kProgram, path, error); }
+// Memory ends where the folder of temporary files is full: that is what the user can change.
+int fail(const std::string &path, const Error &error) {
+    const Status room = error.code == ErrorCode::memory ? paged_heap_room() : Status();
+    return room ? command_line::fail(kProgram, path, error) : command_line::fail(kProgram, "", room.error());
+}
 
 // Errors about one of several inputs, or about a part, begin with its name.
 int fail_input(std::span<const std::string> inputs, Error error, std::span<const std::string> parts = {}) {
@@ -334,6 +339,12 @@ int main(int argc, char **argv) {
         Arguments arguments;
         if (const auto done = parse(kProgram, argc, argv, arguments))
             return *done;
-        return run(arguments, start);
+        try {
+            return run(arguments, start);
+        } catch (const std::bad_alloc &) {
+            if (const Status room = paged_heap_room(); !room)
+                return fail("", room.error());
+            throw;
+        }
     });
 }
