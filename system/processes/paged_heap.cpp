@@ -32,9 +32,11 @@ constexpr std::size_t kSmall = std::size_t{1} << 14;  // blocks below this size 
 constexpr std::size_t kLarge = std::size_t{1} << 20;  // mappings of other files below this size are not looked at
 constexpr std::size_t kSlab = std::size_t{16} << 20;  // of blocks of one size between these
 constexpr std::size_t kStride = std::size_t{8} << 20; // that is given back at once
+constexpr int kStridesAtOnce = 8;
+constexpr std::uint64_t kFilled = std::uint64_t{256} << 20; // bytes that may be filled between two looks
 constexpr std::chrono::milliseconds kLook{2}, kTrim{200};
-// Percent of the limit. Blocks in memory, not in the file: up to kInMemory. Above kBegin pages are given back until
-// kEnd are resident.
+// Percent of the limit without kFilled, or of its half. Blocks in memory, not in the file: up to kInMemory. Above
+// kBegin pages are given back until kEnd are resident.
 constexpr std::uint64_t kInMemory = 40, kEnd = 45, kBegin = 60;
 
 // For the heap's own lists, which must not allocate from it.
@@ -72,7 +74,7 @@ class ResidentMemory {
 class PagedHeap {
   public:
     PagedHeap(std::string folder, int file, std::uint64_t limit)
-        : folder_(std::move(folder)), file_(file), limit_(limit) {
+        : folder_(std::move(folder)), file_(file), limit_(std::max(limit / 2, limit - std::min(limit, kFilled))) {
         std::thread([this] { keep_below_limit(); }).detach(); // until the process ends
     }
 
@@ -199,9 +201,11 @@ class PagedHeap {
                 ::malloc_trim(0);
                 next_trim = Clock::now() + kTrim;
             }
+            {
+                const std::lock_guard lock(mutex_);
+                give_back();
+            }
             drop_files_that_are_read();
-            const std::lock_guard lock(mutex_);
-            give_back();
         }
     }
 
@@ -245,9 +249,13 @@ class PagedHeap {
         }
     }
 
-    // Pages of large mappings of other files, such as a scan, which is read from its start to its end. A mapping that
-    // is unmapped meanwhile does no harm: whatever takes its place is paged out and read again.
+    // Drops some pages of large mappings of other files, such as a scan, which is read from its start to its end, if
+    // too many are resident: a few strides, since that takes milliseconds. A mapping that is unmapped meanwhile does no
+    // harm: whatever takes its place is paged out and read again.
     void drop_files_that_are_read() {
+        if (resident_.bytes() <= percent(kBegin))
+            return;
+        int left = kStridesAtOnce;
         std::FILE *const file = std::fopen("/proc/self/maps", "r");
         std::array<char, 512> line{};
         while (file != nullptr && std::fgets(line.data(), line.size(), file) != nullptr) {
@@ -262,10 +270,10 @@ class PagedHeap {
                 continue;
             const std::size_t start =
                 begin <= hand_in_files_ && hand_in_files_ < end ? static_cast<std::size_t>(hand_in_files_ - begin) : 0;
-            for (std::size_t done = 0; done < size && resident_.bytes() > percent(kEnd); done += kStride) {
+            for (std::size_t done = 0; done < size && left > 0; done += kStride, --left) {
                 char *const at = begin + (start + done) % size;
                 ::madvise(at, std::min(kStride, static_cast<std::size_t>(end - at)), MADV_PAGEOUT);
-                hand_in_files_ = at;
+                hand_in_files_ = begin + (start + done + kStride) % size;
             }
         }
         if (file != nullptr)
@@ -274,7 +282,7 @@ class PagedHeap {
 
     std::string folder_;
     Descriptor file_;
-    std::uint64_t limit_;
+    std::uint64_t limit_; // without what may be filled between two looks
     ResidentMemory resident_;
     char *hand_in_files_ = nullptr;          // pages of other files were dropped up to here
     std::atomic<int> room_error_{0};         // errno
