@@ -82,7 +82,7 @@ HOMES = {
     r"jpeglib\.h": r"tools/pbm-build/pbm_scan/images/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
     r"stb/stb_easy_font\.h": r"runtime/viewer/pictures/legend\.cpp",
     r"png\.h|stb/(?!stb_easy_font).*|webp/.*": r"tools/pbm-build/pbm_scan/images/image_decoder\.cpp",
-    r"malloc\.h": r"system/processes/this_process\.cpp",
+    r"malloc\.h": r"system/processes/(this_process|paged_heap)\.cpp",
     r"pthread\.h": r"system/threads/(per_thread\.h|large_stack\.cpp)|system/processes/paged_heap\.cpp",
     r"thread": r"system/threads/(thread_pool\.h|parallel\.cpp|large_stack\.cpp)|system/processes/paged_heap\.cpp",
     r"(fcntl|unistd|spawn|poll|signal)\.h|sys/.*": r"system/(files|processes)/\w+\.cpp|command_line/progress_display\.cpp",

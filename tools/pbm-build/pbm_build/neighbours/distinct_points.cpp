@@ -58,6 +58,7 @@ DistinctPoints distinct_points(std::span<const glm::dvec3> positions, const Grid
     const std::vector<std::uint32_t> order = curve_order(positions, lattice, grid.depth + kLatticeBits);
     DistinctPoints distinct;
     distinct.place_of.resize(positions.size());
+    distinct.at.reserve(positions.size());
     std::size_t sharing = 0;
     for (std::size_t i = 0; i < order.size(); ++i) {
         const std::uint32_t index = order[i];

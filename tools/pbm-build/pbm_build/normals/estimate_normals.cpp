@@ -200,14 +200,14 @@ Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &req
     else if (request.outliers == Outliers::drop_strays)
         if (Status dropped = drop_strays(surface, request.strict, threads, statistics); !dropped)
             return dropped.error();
+    Result<VertexNormals> of_faces = vertex_normals(surface, threads);
+    if (!of_faces)
+        return of_faces;
+    surface.normals = {}; // large, and in the result
     const Grid grid = finest_grid(surface);
     DistinctPoints points = distinct_points(places_of(surface), grid, threads);
     const PointNeighbours neighbours(std::move(points.at));
     const std::size_t places = neighbours.points().size();
-
-    Result<VertexNormals> of_faces = vertex_normals(surface, threads);
-    if (!of_faces)
-        return of_faces;
     VertexNormals &result = *of_faces;
     const std::span<ShortNormal> normals = std::span(result.normals).subspan(surface.first_point());
     const auto missing = static_cast<std::uint64_t>(std::count_if(normals.begin(), normals.end(), is_zero));
