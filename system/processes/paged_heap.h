@@ -10,12 +10,12 @@
 
 namespace pbm {
 
-// From now on blocks of 16 KiB and more that together exceed 40 % of `limit` lie in a file of `folder` that has no name:
-// it is gone with the process, however it ends. When more than 60 % of `limit` are resident, pages of these blocks, and
-// then of files that are read, are given back to the system's cache of files: it writes them when it needs the memory,
-// and a page that is used again before costs no reading. `limit` is first reduced by 256 MiB, but to no less than its
-// half, since a thread looks at the memory every two milliseconds, or as soon as it gets a processor. A child process
-// (child_process.h) shares the blocks that there are: it must not write to them. It allocates none.
+// From now on blocks of 16 KiB and more that together exceed 40 % of `limit` lie in a file of `folder` that has no
+// name: it is gone with the process, however it ends. When more than 60 % of `limit` are resident, pages of these
+// blocks, and then of files that are read, are given back to the system's cache of files: it writes them when it needs
+// the memory, and a page that is used again before costs no reading. `limit` is first reduced by 256 MiB, but to no
+// less than its half, since a thread looks at the memory every two milliseconds, or as soon as it gets a processor. A
+// child process (child_process.h) shares the blocks that there are: it must not write to them. It allocates none.
 //
 // errors  io  the folder takes no file without a name
 Status page_heap(const std::string &folder, std::uint64_t limit);
