@@ -227,9 +227,7 @@ std::ostream *report_stream(std::span<const OutputFile> outputs) {
     return at->option != "--json" && std::cout.flush() ? &std::cerr : nullptr;
 }
 
-Status write_text(const std::string &path, std::string_view text) {
-    return write_bytes(path, {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
-}
+Status write_text(const std::string &path, std::string_view text) { return write_bytes(path, as_bytes(text)); }
 
 namespace {
 

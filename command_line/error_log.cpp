@@ -56,9 +56,7 @@ void log_line(LogKind kind, std::string_view text) {
         return;
     const std::string line = time_stamp() + " " + log.program + ": " + name_of(kind) + ": " + printable(text) + "\n";
     const std::lock_guard lock(log.mutex);
-    if (const int error =
-            write_all(log.file.number(), {reinterpret_cast<const std::uint8_t *>(line.data()), line.size()});
-        error != 0 && log.error == 0)
+    if (const int error = write_all(log.file.number(), as_bytes(line)); error != 0 && log.error == 0)
         log.error = error;
 }
 

@@ -269,7 +269,7 @@ int fail(const std::string &path, const Error &error) {
 
 int write_table(const std::string &path, const Table &table) {
     const std::string text = print(table);
-    const Status written = replace_file(path, {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
+    const Status written = replace_file(path, as_bytes(text));
     return written ? 0 : fail(path, written.error());
 }
 

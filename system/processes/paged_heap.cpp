@@ -35,8 +35,8 @@ constexpr std::size_t kStride = std::size_t{8} << 20; // that is given back at o
 constexpr int kStridesAtOnce = 8;
 constexpr std::uint64_t kFilled = std::uint64_t{256} << 20; // bytes that may be filled between two looks
 constexpr std::chrono::milliseconds kLook{2}, kTrim{200};
-// Percent of the limit without kFilled, or of its half. Blocks in memory, not in the file: up to kInMemory. Above
-// kBegin pages are given back until kEnd are resident.
+// Percent of the limit without kFilled, or of its half. Blocks of up to kInMemory lie in memory, all others in the
+// file. Above kBegin pages are given back until kEnd are resident.
 constexpr std::uint64_t kInMemory = 40, kEnd = 45, kBegin = 60;
 
 // For the heap's own lists, which must not allocate from it.
@@ -53,9 +53,7 @@ template <class T> struct SystemAllocator {
 };
 template <class T> using SystemVector = std::vector<T, SystemAllocator<T>>;
 
-int make_file(const std::string &folder) { return ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); }
-
-// Of this process. Allocates nothing.
+// The resident memory of this process. Reading it allocates nothing.
 class ResidentMemory {
   public:
     ResidentMemory() : file_(::open("/proc/self/statm", O_RDONLY | O_CLOEXEC)) {}
@@ -164,7 +162,7 @@ class PagedHeap {
         return number;
     }
 
-    // There is one. The mutex is held.
+    // At least one block is free. The mutex is held.
     char *take_free(std::size_t number) {
         char *const block = free_[number].back();
         free_[number].pop_back();
@@ -209,8 +207,8 @@ class PagedHeap {
         }
     }
 
-    // The system reports once that it could not write pages of the file, and may drop them then. A range without pages
-    // is asked for, so that this waits for none.
+    // The system reports once that it could not write pages of the file, and may drop them then. The question is about
+    // a range without pages, so that it waits for none.
     void end_if_pages_are_lost() const {
         constexpr off64_t kBehindAll = off64_t{1} << 62;
         if (::sync_file_range(file_.number(), kBehindAll, 1, SYNC_FILE_RANGE_WAIT_BEFORE) == 0)
@@ -220,13 +218,13 @@ class PagedHeap {
             return;
         const std::string line = std::string(::program_invocation_short_name) + ": " + folder_ +
                                  ": cannot write temporary files: " + std::generic_category().message(error) + "\n";
-        const bool is_said = ::write(STDERR_FILENO, line.data(), line.size()) >= 0;
-        ::_exit(is_said ? exit_code(ErrorCode::io) : 2);
+        write_all(STDERR_FILENO, as_bytes(line));
+        ::_exit(exit_code(ErrorCode::io));
     }
 
-    // Takes pages of the file out of this process if too many are resident. They stay in the system's cache, which it
-    // writes and empties as memory is needed. Once around all regions at most, from where the last call ended. The
-    // mutex is held.
+    // Takes pages of the file out of this process if too many are resident. They stay in the cache of the system, which
+    // writes and drops them as memory is needed. One call goes once around all regions at most, from where the last
+    // call ended. The mutex is held.
     void give_back() {
         if (resident_.bytes() <= percent(kBegin))
             return;
@@ -300,7 +298,7 @@ std::atomic<PagedHeap *> the_heap{nullptr};
 } // namespace
 
 Status page_heap(const std::string &folder, std::uint64_t limit) {
-    const int file = make_file(folder);
+    const int file = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
     if (file < 0)
         return io_error("cannot make a temporary file", errno);
     the_heap.store(new PagedHeap(folder, file, limit)); // never deleted: blocks outlive main

@@ -1,5 +1,5 @@
-// For programs whose data may be larger than the memory: large blocks of the heap lie in temporary files, whose pages
-// the system writes out and reads back. A program that links this has its operator new.
+// For programs whose data may be larger than the memory: large blocks of the heap lie in a temporary file, whose pages
+// the system writes out and reads back. A program that links this library has its operator new.
 #pragma once
 
 #include "system/error.h"

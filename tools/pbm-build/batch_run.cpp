@@ -273,7 +273,7 @@ int run_batch(std::string_view program, const Arguments &arguments) {
                            .threads = resolve_threads(arguments.build.threads),
                            .max_memory = arguments.max_memory != 0 ? arguments.max_memory : physical_memory() / 2,
                            .keep_going = arguments.keep_going};
-    request.builder.push_back("--max-memory=" + std::to_string(request.max_memory)); // of one that is alone
+    request.builder.push_back("--max-memory=" + std::to_string(request.max_memory)); // also of each build
     request.builder.insert(request.builder.end(), arguments.forwarded.begin(), arguments.forwarded.end());
     BatchReport report(program, arguments, *scans, command_line::report_stream(outputs_of(arguments)));
     if (!report.is_writable())

@@ -144,16 +144,15 @@ std::optional<int> take_batch(const CommandLine &line, Arguments &arguments) {
     return std::nullopt;
 }
 
-constexpr int kMaxParts = 1000; // Slurm's own default limit of a job array is 1,001
-
 // Verifies what several processes can build together.
 std::optional<int> check_parts(const CommandLine &line, const Arguments &arguments) {
     if (!arguments.plan.empty() && arguments.shards == 0)
         return command_line::fail_usage(line.program, "--plan is of a --batch, or of one model in --shards N parts");
     if (arguments.shard.count == 1 && arguments.shards == 0 && arguments.merged == 0)
         return std::nullopt;
-    if (arguments.shard.count > kMaxParts)
-        return command_line::fail_usage(line.program, "--shard: a model has at most 1000 parts");
+    if (arguments.shard.count > kMaxTasks)
+        return command_line::fail_usage(line.program,
+                                        "--shard: a model has at most " + std::to_string(kMaxTasks) + " parts");
     if (arguments.build.grid.max_points)
         return command_line::fail_usage(line.program,
                                         "parts of a model need a grid that each of them knows: --depth or "
@@ -381,7 +380,7 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
              {.type = "I/N", .check = command_line::readable(parse_shard), .is_setting = false});
     line.add("--merge", "Make the model from its N parts, which --shard 0/N ... built with the same inputs and options",
              &arguments.merged,
-             {.check = command_line::Integers{2, kMaxParts}, .is_setting = false, .excludes = {"--shard", "--batch"}});
+             {.check = command_line::Integers{2, kMaxTasks}, .is_setting = false, .excludes = {"--shard", "--batch"}});
     line.add("--plan",
              "Write what --batch, or --shards for one model, would do as a Ninja file or a Slurm script, and build "
              "nothing",
@@ -396,7 +395,7 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
                   },
               .is_setting = false});
     line.add("--shards", "Parts of the model that --plan divides among machines", &arguments.shards,
-             {.check = command_line::Integers{2, kMaxParts},
+             {.check = command_line::Integers{2, kMaxTasks},
               .is_setting = false,
               .excludes = {"--batch", "--shard", "--merge"},
               .needs = "--plan"});

@@ -10,6 +10,9 @@
 
 namespace pbm::build {
 
+// That a batch or a model is divided into; Slurm's own default limit of a job array is 1,001.
+inline constexpr int kMaxTasks = 1000;
+
 struct Arguments {
     std::vector<std::string> inputs; // at least one, unless this is a batch
     std::string output;
@@ -37,7 +40,7 @@ struct Arguments {
     std::uint64_t shards = 0;           // parts that a plan has; 0: not given
     std::uint64_t merged = 0;           // parts that become the model; 0: it is built from the inputs
     std::string plan;                   // file to write instead of building anything, empty for none
-    std::vector<std::string> forwarded; // words of the options that each build of a batch gets
+    std::vector<std::string> forwarded; // words of the options that each build of a batch or plan gets
     BuildOptions build;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;
 };

@@ -130,7 +130,7 @@ std::string slurm_batch(const Arguments &arguments, std::span<const batch::Scan>
     std::uint64_t most = 0;
     for (const batch::Scan &scan : scans)
         most = std::max(most, estimate.of(scan.input, scan.bytes));
-    const std::size_t tasks = std::min(scans.size(), kMaxTasks);
+    const std::size_t tasks = std::min<std::size_t>(scans.size(), kMaxTasks);
     const std::string folder = fs::absolute(arguments.output_folder).lexically_normal().string();
     return slurm_head(counted(scans.size(), "scan") + " of pbm-build --batch", "sbatch " + shell_word(arguments.plan),
                       {last_task(tasks), slurm_memory(most), slurm_log(folder, "/slurm-%a.log")}) +
@@ -196,7 +196,8 @@ std::string ninja_parts(const Arguments &arguments, std::span<const std::string>
 
 // Bytes of memory that a part or the merge needs at most.
 std::uint64_t need_of_part(const Arguments &arguments) {
-    const std::uint64_t need = likely_need(arguments), limit = arguments.max_memory; // passed by small blocks
+    // Slurm may count pages of the temporary file that the system keeps.
+    const std::uint64_t need = likely_need(arguments), limit = arguments.max_memory;
     return limit == 0 ? need : std::min(need, limit + limit / 2);
 }
 

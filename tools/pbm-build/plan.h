@@ -24,6 +24,4 @@ int plan_batch(std::string_view program, const Arguments &arguments, std::span<c
 //   .slurm  a job array of the parts, and a job that joins them if all of them succeeded
 int plan_parts(std::string_view program, const Arguments &arguments, std::span<const std::string> sources);
 
-inline constexpr std::size_t kMaxTasks = 1000; // of a job array; Slurm's own default limit is 1,001
-
 } // namespace pbm::build

@@ -37,10 +37,6 @@ std::string hex(const std::array<std::uint8_t, 16> &bytes) {
     return text;
 }
 
-ByteView as_bytes(const std::string &text) {
-    return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()};
-}
-
 std::array<std::uint8_t, 16> hash_of(ByteView bytes) {
     StreamingHash hash;
     hash.add(bytes);

@@ -73,8 +73,6 @@ std::vector<std::string> left_out(const ModelParameters &parameters) {
     return lines;
 }
 
-ByteView view_of(const std::string &text) { return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}; }
-
 // An error and the file that it concerns: input or output.
 struct Failure {
     const std::string &path;
@@ -105,7 +103,7 @@ std::optional<Failure> write_points(const Arguments &arguments, Reader &reader, 
         return status;
     };
     command_line::ProgressDisplay display(arguments.verbosity);
-    Status status = write(view_of(ply->header()));
+    Status status = write(as_bytes(ply->header()));
     StreamOptions options = arguments.stream;
     options.level = outcome.level;
     if (status)
@@ -114,7 +112,7 @@ std::optional<Failure> write_points(const Arguments &arguments, Reader &reader, 
                                 [&](double done) { display.show("export points", done); }});
     display.clear();
     if (status)
-        status = write(view_of(ply->materials()));
+        status = write(as_bytes(ply->materials()));
     if (!status)
         return Failure{not_written ? output : input, status.error()};
     if (Status finished = file->finish(); !finished)

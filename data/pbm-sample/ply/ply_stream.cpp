@@ -62,7 +62,7 @@ struct Block {
 
 Status stream_ply(const PointScan &scan, const PointPlyOptions &options, const std::function<Status(ByteView)> &write) {
     const std::string head = header(scan, options);
-    if (Status status = write({reinterpret_cast<const std::uint8_t *>(head.data()), head.size()}); !status)
+    if (Status status = write(as_bytes(head)); !status)
         return status;
 
     const int threads = resolve_threads(options.threads);

@@ -33,7 +33,7 @@ std::optional<std::string> read_text(ByteView bytes) {
 }
 
 void append_text(std::string_view text, std::size_t size, ByteWriter &out) {
-    out.append({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
+    out.append(as_bytes(text));
     out.zeros(size - text.size());
 }
 

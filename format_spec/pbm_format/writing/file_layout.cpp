@@ -7,7 +7,7 @@ namespace pbm {
 
 Status check_small_sections(const ModelParameters &parameters, std::string_view metadata) {
     const int depth = parameters.grid.depth;
-    Status status = check_metadata({reinterpret_cast<const std::uint8_t *>(metadata.data()), metadata.size()});
+    Status status = check_metadata(as_bytes(metadata));
     const auto also = [&](const auto &decoded) {
         if (status && !decoded)
             status = decoded.error();

@@ -104,7 +104,7 @@ Status SavedViews::save(const std::string &path, int number, const SavedView &vi
             text += line + '\n';
     std::error_code error;
     fs::create_directories(fs::path(file_).parent_path(), error);
-    return replace_file(file_, {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}, Durability::cached);
+    return replace_file(file_, as_bytes(text), Durability::cached);
 }
 
 } // namespace pbm

@@ -45,9 +45,7 @@ Result<std::string> ModelCache::file_for(std::span<const std::string> sources, s
         text += *key;
     }
     std::array<char, 17> key{};
-    std::snprintf(
-        key.data(), key.size(), "%016llx",
-        static_cast<unsigned long long>(hash64({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()})));
+    std::snprintf(key.data(), key.size(), "%016llx", static_cast<unsigned long long>(hash64(as_bytes(text))));
     return folder_.file_of(key.data());
 }
 

@@ -48,8 +48,7 @@ void RecentFiles::add(const std::string &path) const {
     for (std::size_t i = 0; i < paths.size() && i + 1 < kMax; ++i)
         text += paths[i] + '\n';
     fs::create_directories(fs::path(file_).parent_path(), error);
-    static_cast<void>(
-        replace_file(file_, {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}, Durability::cached));
+    static_cast<void>(replace_file(file_, as_bytes(text), Durability::cached));
 }
 
 } // namespace pbm

@@ -292,8 +292,7 @@ void Viewer::save_recipe() {
     ModelParameters parameters = model_->parameters();
     parameters.grid.up = up_of(options_, parameters.grid);
     const std::string text = scene_as_recipe(look_->appearance, parameters, file_name(model_->path()));
-    const auto saved =
-        save_numbered({}, name, ".toml", {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
+    const auto saved = save_numbered({}, name, ".toml", as_bytes(text));
     if (!saved) {
         command_line::fail(program_, "", saved.error());
         return notify(saved.error().message, true);

@@ -19,9 +19,7 @@ constexpr std::uint32_t kHeaderList = kList + kChunk + kMainHeader + kStreamList
 constexpr std::uint32_t kHeaders = kList + kHeaderList + kList; // of the file, up to its first frame
 constexpr std::uint32_t kIndexEntry = 16;
 
-void write_name(ByteWriter &out, std::string_view name) {
-    out.append({reinterpret_cast<const std::uint8_t *>(name.data()), name.size()});
-}
+void write_name(ByteWriter &out, std::string_view name) { out.append(as_bytes(name)); }
 
 void write_chunk(ByteWriter &out, std::string_view name, std::uint32_t size) {
     write_name(out, name);

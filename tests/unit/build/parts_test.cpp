@@ -116,6 +116,8 @@ Part numbered_part(MortonCode first, std::size_t points, const AttributeSet &set
                 column.push_back(static_cast<std::uint8_t>(31 * ++stream + first));
         },
         voxels.points);
+    for (std::uint8_t &material : voxels.points.materials)
+        material %= 2;
     for (std::size_t f = 0; f < part.parameters.fields.size(); ++f)
         voxels.fields.emplace_back(points * part.parameters.fields[f].bytes, static_cast<std::uint8_t>(f + first));
     if (points > 2)
@@ -277,6 +279,24 @@ TEST_F(PartFile, EveryFlippedBitAndEveryTruncationIsRefused) {
     expect_refused(kName, "damaged");
     put(whole);
     EXPECT_TRUE(read_part(path_, kName).ok());
+}
+
+// Its hash is right: somebody made it.
+TEST_F(PartFile, WithValuesThatNoBuildWritesIsRefused) {
+    const auto expect_damaged = [&](const Part &part) {
+        ASSERT_TRUE(write_part(path_, kName, part).ok());
+        const Result<Part> read = read_part(path_, kName);
+        ASSERT_FALSE(read.ok());
+        EXPECT_NE(read.error().message.find("damaged"), std::string::npos) << read.error().message;
+    };
+    Part part = numbered_part(0, 10, {.material = true}, {});
+    part.voxels.points.materials[3] = 2;
+    expect_damaged(part);
+    for (const int fate : {4, 255}) {
+        part = numbered_part(0, 10, {}, {});
+        part.statistics.report("", static_cast<Fate>(fate), "");
+        expect_damaged(part);
+    }
 }
 
 TEST_F(PartFile, ThatIsNotThereIsAnErrorOfTheSystem) {

@@ -54,7 +54,7 @@ class Batch {
             ++running_;
             used_ += need;
             lock.unlock();
-            const Ending ending = build(scan, need > request_.max_memory);
+            const Ending ending = build(scan);
             lock.lock();
             --running_;
             used_ -= need;
@@ -66,8 +66,7 @@ class Batch {
         }
     }
 
-    // `is_large`: it is likely to need more than all builds may have.
-    Ending build(const Scan &scan, bool is_large) const {
+    Ending build(const Scan &scan) const {
         Ending ending{.scan = &scan, .message = {}, .document = {}};
         const auto start = std::chrono::steady_clock::now();
         std::error_code ignored; // the build itself fails, and says why
@@ -76,8 +75,6 @@ class Batch {
         command.insert(command.end(),
                        {"--quiet", "--progress", "--json=-", "--threads=" + std::to_string(threads_of_build_),
                         "--output=" + scan.output, "--", scan.input});
-        if (is_large)
-            command.insert(command.end() - 2, "--max-memory=" + std::to_string(request_.max_memory));
         // Lines of progress begin with a number. They end the build if this program is gone.
         const auto end = run_program(command, [&](std::string_view line) {
             if (!line.empty() && !(line.front() >= '0' && line.front() <= '9'))

@@ -301,7 +301,6 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
         return estimated.error();
     scan.normals = std::move(*estimated);
     surface.station_ids = {};
-    surface.normals = {}; // scan.normals has them
     if (surface.point_count() > 0)
         scan.bounds = bounds_of(surface);
     Result<ChosenGrid> chosen = clock.run(

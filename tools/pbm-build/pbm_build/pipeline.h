@@ -75,9 +75,8 @@ Result<Model> read_and_build(std::span<const std::string> inputs, const BuildOpt
 // joins all parts of the scan, in their order. The parts give the model that read_and_build gives. Inputs are read
 // again for shadows that rays cast.
 //
-// errors  as read_and_build; memory  a part or all of them have more than max_samples, where read_and_build would
-// choose
-//         a coarser grid
+// errors  as read_and_build
+//         memory  a part, or all of them, have more than max_samples, where read_and_build would choose a coarser grid
 Result<Part> read_and_build_part(std::span<const std::string> inputs, const PartNumber &number,
                                  const BuildOptions &options, BuildStatistics &statistics,
                                  const Progress &progress = {});

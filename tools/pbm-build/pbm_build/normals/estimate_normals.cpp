@@ -191,19 +191,20 @@ void report_unused(const PointRequest &request, bool has_points, BuildStatistics
 
 Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &request, int threads,
                                        BuildStatistics &statistics) {
-    if (surface.point_count() == 0) {
-        report_unused(request, false, statistics);
-        return vertex_normals(surface, threads);
-    }
-    if (request.outliers == Outliers::drop)
+    const bool has_points = surface.point_count() > 0;
+    if (has_points && request.outliers == Outliers::drop)
         remove_outliers(surface, threads, statistics);
-    else if (request.outliers == Outliers::drop_strays)
+    else if (has_points && request.outliers == Outliers::drop_strays)
         if (Status dropped = drop_strays(surface, request.strict, threads, statistics); !dropped)
             return dropped.error();
     Result<VertexNormals> of_faces = vertex_normals(surface, threads);
     if (!of_faces)
         return of_faces;
     surface.normals = {}; // large, and in the result
+    if (!has_points) {
+        report_unused(request, false, statistics);
+        return of_faces;
+    }
     const Grid grid = finest_grid(surface);
     DistinctPoints points = distinct_points(places_of(surface), grid, threads);
     const PointNeighbours neighbours(std::move(points.at));

@@ -27,8 +27,8 @@ struct PointRequest {
 // Normals of the vertices (vertex_normals.h) and points of a surface. Drops outliers of the points as requested. A
 // point without a normal gets an estimated one, and becomes two-sided if its sign is unknown. Given normals of points
 // are kept, and determine the signs of estimated ones. Estimated normals face the viewpoint, else the station of their
-// point. The result does not depend on the number of threads or the order of the points. Frees surface.normals where
-// there are points. Reports to `statistics`. At most 2^31 points.
+// point. The result does not depend on the number of threads or the order of the points. Frees surface.normals.
+// Reports to `statistics`. At most 2^31 points.
 //
 // errors  bad_input  with `strict`: strays
 Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &request, int threads,

@@ -6,12 +6,11 @@
 namespace pbm::build {
 
 Part join(std::vector<Part> parts) {
-    Part whole = std::move(parts.front());
-    const AttributeSet &set = whole.parameters.attributes;
     std::size_t points = 0;
     for (const Part &part : parts)
         points += part.voxels.codes.size();
-    points += whole.voxels.codes.size();
+    Part whole = std::move(parts.front());
+    const AttributeSet &set = whole.parameters.attributes;
     const auto append = [](auto &to, auto &from) {
         to.insert(to.end(), from.begin(), from.end());
         from = {};

@@ -19,7 +19,6 @@ namespace {
 constexpr std::string_view kMagic = "PBMPART\n";
 constexpr std::size_t kHashBytes = sizeof(Hash128);
 
-ByteView as_bytes(std::string_view text) { return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}; }
 std::string as_text(ByteView bytes) { return {bytes.begin(), bytes.end()}; }
 
 template <class T> ByteView bytes_of_values(const std::vector<T> &values) {
@@ -160,8 +159,12 @@ Status read_parameters(PartReader &in, int depth, ModelParameters &parameters) {
 
 Status read_report(ByteView text, BuildStatistics &statistics) try {
     const nlohmann::json json = nlohmann::json::parse(text.begin(), text.end());
-    for (const nlohmann::json &line : json.at("attributes"))
-        statistics.report(line.at(0), static_cast<Fate>(line.at(1).get<int>()), line.at(2), line.at(3));
+    for (const nlohmann::json &line : json.at("attributes")) {
+        const int fate = line.at(1);
+        if (fate < 0 || fate > static_cast<int>(Fate::estimated))
+            return damaged();
+        statistics.report(line.at(0), static_cast<Fate>(fate), line.at(2), line.at(3));
+    }
     json.at("input_bytes").get_to(statistics.input_bytes);
     json.at("vertices").get_to(statistics.vertices);
     json.at("triangles").get_to(statistics.triangles);
@@ -196,7 +199,11 @@ Status read_voxels(PartReader &in, const ModelParameters &parameters, std::uint6
     voxels.made.resize(made.size() / sizeof(MortonCode));
     std::copy_n(made.begin(), voxels.made.size() * sizeof(MortonCode),
                 reinterpret_cast<std::uint8_t *>(voxels.made.data()));
-    return in.ok() && in.is_at_end() ? Status() : Status(damaged());
+    const Bytes &materials = voxels.points.materials;
+    const bool has_material_of_each = std::all_of(materials.begin(), materials.end(), [&](std::uint8_t material) {
+        return material < parameters.materials.size();
+    });
+    return in.ok() && in.is_at_end() && has_material_of_each ? Status() : Status(damaged());
 }
 
 Result<MappedFile> open_part(const std::string &path) {

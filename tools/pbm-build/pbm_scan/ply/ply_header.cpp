@@ -31,7 +31,7 @@ class HeaderReader {
         : text_(reinterpret_cast<const char *>(bytes.data()), bytes.size()) {}
 
     Result<PlyHeader> read() {
-        if (!is_ply({reinterpret_cast<const std::uint8_t *>(text_.data()), text_.size()}))
+        if (!is_ply(as_bytes(text_)))
             return bad_input("not a PLY file: the first line is not 'ply'");
         const std::size_t first_end = text_.find_first_of("\r\n");
         const bool crlf = first_end + 1 < text_.size() && text_.substr(first_end, 2) == "\r\n";
