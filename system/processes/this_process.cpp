@@ -150,10 +150,6 @@ void lower_priority() {
     static_cast<void>(::setpriority(PRIO_PROCESS, 0, kLowest));
 }
 
-std::uint64_t physical_memory() {
-    return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-}
-
 std::uint64_t peak_memory() {
     struct rusage usage {};
     ::getrusage(RUSAGE_SELF, &usage);

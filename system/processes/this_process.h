@@ -32,9 +32,6 @@ void lower_priority();
 // The limit of this process' address space, bytes (ulimit -v); absent if there is none.
 std::optional<std::uint64_t> address_space_limit();
 
-// Of the machine, bytes.
-std::uint64_t physical_memory();
-
 // Largest resident memory of this process so far, bytes.
 std::uint64_t peak_memory();
 

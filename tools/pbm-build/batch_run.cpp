@@ -7,7 +7,7 @@
 #include "pbm_scan/text/printable.h"
 #include "plan.h"
 #include "system/files/descriptor.h"
-#include "system/processes/this_process.h"
+#include "system/processes/usable_memory.h"
 #include "system/threads/parallel.h"
 
 #include <nlohmann/json.hpp>
@@ -271,7 +271,7 @@ int run_batch(std::string_view program, const Arguments &arguments) {
     batch::Request request{.builder = {"/proc/self/exe"},
                            .jobs = resolve_threads(arguments.build.threads),
                            .threads = resolve_threads(arguments.build.threads),
-                           .max_memory = arguments.max_memory != 0 ? arguments.max_memory : physical_memory() / 2,
+                           .max_memory = arguments.max_memory != 0 ? arguments.max_memory : usable_memory() / 2,
                            .keep_going = arguments.keep_going};
     request.builder.push_back("--max-memory=" + std::to_string(request.max_memory)); // also of each build
     request.builder.insert(request.builder.end(), arguments.forwarded.begin(), arguments.forwarded.end());

@@ -5,7 +5,7 @@
 #include "pbm_batch/memory_estimate.h"
 #include "pbm_scan/text/printable.h"
 #include "system/processes/paged_heap.h"
-#include "system/processes/this_process.h"
+#include "system/processes/usable_memory.h"
 
 #include <cstdlib>
 #include <filesystem>
@@ -52,7 +52,7 @@ std::uint64_t likely_need(const Arguments &arguments) {
 
 std::optional<int> limit_memory(std::string_view program, const Arguments &arguments) {
     const bool is_asked_for = arguments.max_memory != 0;
-    const std::uint64_t limit = is_asked_for ? arguments.max_memory : physical_memory() / 4;
+    const std::uint64_t limit = is_asked_for ? arguments.max_memory : usable_memory() / 4;
     const std::string folder = temporary_folder(arguments);
     if (const Status paged = page_heap(folder, limit); !paged)
         return is_asked_for || !arguments.temp_folder.empty()

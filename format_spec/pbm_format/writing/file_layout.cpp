@@ -2,6 +2,7 @@
 
 #include "pbm_format/container/section_encoder.h"
 #include "pbm_format/hashes/hash.h"
+#include "system/free_memory.h"
 
 namespace pbm {
 
@@ -92,7 +93,7 @@ Bytes FileLayout::assemble(FileHeader header) {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
         file.resize(entries_[i].offset, 0);
         file.insert(file.end(), stored_[i].begin(), stored_[i].end());
-        stored_[i] = {};
+        free_memory(stored_[i]);
     }
     return file;
 }

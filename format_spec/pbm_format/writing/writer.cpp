@@ -10,6 +10,7 @@
 #include "pbm_format/writing/file_layout.h"
 #include "pbm_format/writing/raster_encoder.h"
 #include "system/files/file_replacement.h"
+#include "system/free_memory.h"
 #include "system/threads/parallel.h"
 
 #include <algorithm>
@@ -130,7 +131,7 @@ void add_level(FileLayout &layout, const AttributeSet &set, int level, Storage s
                                          [](const EncodedChunk &chunk) { return chunk.stored.size(); }));
     for (EncodedChunk &chunk : chunks) {
         stored.insert(stored.end(), chunk.stored.begin(), chunk.stored.end());
-        chunk.stored = {};
+        free_memory(chunk.stored);
         const auto *records = reinterpret_cast<const std::uint8_t *>(chunk.bricks.data());
         bricks.insert(bricks.end(), records, records + kBrickRecordBytes * chunk.bricks.size());
         const ChunkShape &shape = chunk.entry.shape;
@@ -172,7 +173,7 @@ void add_field_values(FileLayout &layout, std::span<const Field> fields, std::ui
     Bytes stored;
     for (EncodedChunk &chunk : chunks) {
         stored.insert(stored.end(), chunk.stored_fields.begin(), chunk.stored_fields.end());
-        chunk.stored_fields = {};
+        free_memory(chunk.stored_fields);
         entry.count += chunk.points;
         for (const Field &field : fields)
             entry.raw_bytes += std::uint64_t{chunk.points} * field.bytes;

@@ -1,12 +1,14 @@
-// Batches: how much memory their builds are taken to need, and how many run at a time.
+// Batches: how much memory there is, how much their builds are taken to need, and how many run at a time.
 #include "pbm_batch/build_batch.h"
 #include "pbm_batch/memory_estimate.h"
+#include "system/processes/usable_memory.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -31,6 +33,29 @@ TEST(MemoryEstimate, LearnsFromThreeScansOfAKind) {
     EXPECT_GT(estimate.of("c.ply.gz", 100 * kMega), guess); // another kind
     estimate.learn("c.ply", 0, 900 * kMega);                // nothing is known of a scan that is not there
     EXPECT_LT(estimate.of("c.ply", 200 * kMega), 800 * kMega);
+}
+
+TEST(UsableMemory, IsThatOfTheLowestControlGroup) {
+    const fs::path mounted = fs::path(::testing::TempDir()) / "control_groups";
+    const auto limit = [&](const char *file, const char *text) {
+        fs::create_directories((mounted / file).parent_path());
+        std::ofstream(mounted / file) << text << '\n';
+    };
+    constexpr std::uint64_t kNone = std::numeric_limits<std::uint64_t>::max();
+    const auto memory = [&](const char *groups) { return control_group_memory(groups, mounted.string()); };
+    EXPECT_EQ(memory(""), kNone);
+    EXPECT_EQ(memory("0::/job/task\n"), kNone);
+    limit("job/memory.max", "5000");
+    limit("job/task/memory.max", "max");
+    EXPECT_EQ(memory("0::/job/task\n"), 5000U); // of the group above
+    EXPECT_EQ(memory("0::/\n"), kNone);
+    limit("job/task/memory.max", "4000");
+    EXPECT_EQ(memory("0::/job/task\n"), 4000U);
+    limit("memory/memory.limit_in_bytes", "3000"); // a container, which does not see the path of the host
+    EXPECT_EQ(memory("12:cpu,cpuacct:/docker/abc\n4:hugetlb,memory:/docker/abc\n0::/job/task\n"), 3000U);
+    EXPECT_EQ(memory("4:freezer:/\n"), kNone);
+    EXPECT_GT(usable_memory(), std::uint64_t{1} << 20);
+    fs::remove_all(mounted);
 }
 
 // Builds by a script that notes how many run at the same time.

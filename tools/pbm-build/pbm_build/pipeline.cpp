@@ -17,6 +17,7 @@
 #include "pbm_scan/surface_reader.h"
 #include "pbm_scan/text/printable.h"
 #include "system/files/mapped_file.h"
+#include "system/free_memory.h"
 #include "system/threads/parallel.h"
 
 namespace pbm::build {
@@ -300,7 +301,7 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
     if (!estimated)
         return estimated.error();
     scan.normals = std::move(*estimated);
-    surface.station_ids = {};
+    free_memory(surface.station_ids);
     if (surface.point_count() > 0)
         scan.bounds = bounds_of(surface);
     Result<ChosenGrid> chosen = clock.run(
@@ -357,7 +358,7 @@ Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &ru
         return furnished.error();
     run.clock.run("octree", [&] {
         LevelMasks masks = encode_octree(voxels.codes, grid.depth);
-        voxels.codes = {};
+        free_memory(voxels.codes);
         model.levels.resize(masks.size());
         for (std::size_t level = 0; level < masks.size(); ++level)
             model.levels[level].masks = std::move(masks[level]);

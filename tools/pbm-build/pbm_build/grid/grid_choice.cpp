@@ -167,11 +167,11 @@ int mesh_depth(const Bounds &bounds, double median_edge) {
 }
 
 std::vector<std::uint64_t> occupied_voxels(const Surface &surface, const Bounds &bounds, int threads) {
-    std::vector<MortonCode> codes;
     const std::span<const glm::dvec3> points = std::span(surface.positions).subspan(surface.first_point());
-    codes.reserve(points.size());
-    for (const LatticePoint &p : to_lattice(points, centred_grid(bounds, kMaxDepth), threads))
-        codes.push_back(code_of(voxel_of(p)));
+    const Lattice lattice(centred_grid(bounds, kMaxDepth));
+    std::vector<MortonCode> codes(points.size());
+    parallel_for(codes.size(), kBlock, threads,
+                 [&](std::size_t i) { codes[i] = code_of(voxel_of(lattice(points[i]))); });
     std::vector<MortonCode> spare;
     radix_sort(codes, spare, 0, 3 * kMaxDepth);
 

@@ -6,6 +6,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,7 +20,22 @@ inline constexpr double kLatticeSteps = 1 << kLatticeBits; // per voxel
 // Units of 2^-kLatticeBits voxels from the grid's origin; 0 <= each < 2^(depth + kLatticeBits).
 using LatticePoint = glm::ivec3;
 
-// The nearest lattice points, clamped to the grid. Positions are finite, in model units.
+// The nearest lattice point of a position, clamped to the grid. Positions are finite, in model units.
+class Lattice {
+  public:
+    explicit Lattice(const Grid &grid);
+    LatticePoint operator()(const glm::dvec3 &position) const {
+        LatticePoint at;
+        for (int axis = 0; axis < 3; ++axis) // rounds down, since nothing is negative
+            at[axis] = static_cast<std::int32_t>(
+                std::clamp((position[axis] - origin_[axis]) / voxel_size_ * kLatticeSteps + 0.5, 0.0, last_));
+        return at;
+    }
+
+  private:
+    glm::dvec3 origin_;
+    double voxel_size_, last_;
+};
 std::vector<LatticePoint> to_lattice(std::span<const glm::dvec3> positions, const Grid &grid, int threads);
 
 inline glm::dvec3 vector_of(const std::array<double, 3> &v) { return {v[0], v[1], v[2]}; }

@@ -7,6 +7,7 @@
 #include "pbm_build/normals/orient_normals.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
+#include "system/free_memory.h"
 
 #include <glm/gtc/type_precision.hpp>
 
@@ -200,7 +201,7 @@ Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &req
     Result<VertexNormals> of_faces = vertex_normals(surface, threads);
     if (!of_faces)
         return of_faces;
-    surface.normals = {}; // large, and in the result
+    free_memory(surface.normals); // they are in the result
     if (!has_points) {
         report_unused(request, false, statistics);
         return of_faces;

@@ -3,6 +3,7 @@
 #include "pbm_build/neighbours/outliers.h"
 #include "pbm_build/normals/parity_sets.h"
 #include "pbm_build/normals/reconsider_signs.h"
+#include "system/free_memory.h"
 #include "system/threads/parallel.h"
 
 #include <glm/gtc/type_precision.hpp>
@@ -325,6 +326,10 @@ Orientation orient_normals(const std::vector<LatticePoint> &points, PlaneFits &f
         evidence.has_outside[i] = closed[piece_of[i]] ? 1 : 0;
         result.two_sided[i] = side == Side::unknown ? 1 : 0;
     }
+    free_memory(patches.towards);
+    free_memory(patches.seen);
+    free_memory(turned.roots);
+    free_memory(turned.normals);
     turn_evidence(fits.links, flipped, evidence);
     const std::vector<Verdict> verdicts = reconsider_signs(fits, evidence, threads);
     for (std::size_t i = 0; i < count; ++i) {

@@ -1,5 +1,7 @@
 #include "pbm_build/parts/part.h"
 
+#include "system/free_memory.h"
+
 #include <iterator>
 #include <utility>
 
@@ -13,7 +15,7 @@ Part join(std::vector<Part> parts) {
     const AttributeSet &set = whole.parameters.attributes;
     const auto append = [](auto &to, auto &from) {
         to.insert(to.end(), from.begin(), from.end());
-        from = {};
+        free_memory(from);
     };
     Voxels &all = whole.voxels;
     all.codes.reserve(points);

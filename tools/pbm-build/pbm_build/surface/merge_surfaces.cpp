@@ -3,6 +3,7 @@
 #include "pbm_build/surface/creases.h"
 #include "pbm_build/surface/vertex_normals.h"
 #include "pbm_format/model/streams.h"
+#include "system/free_memory.h"
 
 #include <algorithm>
 #include <limits>
@@ -80,7 +81,7 @@ void unite_stations(std::vector<Surface> &surfaces, Surface &merged) {
             if (!surface.stations.empty())
                 surface.report.push_back({"scanner positions", Fate::dropped,
                                           std::to_string(count) + " in all, the limit is 65535", surface.name});
-            surface.station_ids = {};
+            free_memory(surface.station_ids);
             continue;
         }
         const auto first = static_cast<std::uint16_t>(merged.stations.size());
@@ -93,7 +94,7 @@ void unite_stations(std::vector<Surface> &surfaces, Surface &merged) {
 
 template <class T> void append(std::vector<T> &to, std::vector<T> &from) {
     to.insert(to.end(), from.begin(), from.end());
-    std::vector<T>().swap(from);
+    free_memory(from);
 }
 
 void append(Surface &to, Surface &from) {
@@ -111,7 +112,7 @@ void append(Surface &to, Surface &from) {
     from.textures.clear();
     for (const glm::uvec3 &t : from.triangles)
         to.triangles.push_back(t + first);
-    std::vector<glm::uvec3>().swap(from.triangles);
+    free_memory(from.triangles);
     append(to.positions, from.positions);
     for_vertex_attributes([](auto &all, auto &part) { append(all, part); }, to, from);
 }
@@ -212,7 +213,7 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
     if (has.materials.empty())
         merged.materials.clear();
     if (merged.materials.size() <= 1)
-        merged.material_ids = {};
+        free_memory(merged.material_ids);
     return merged;
 }
 

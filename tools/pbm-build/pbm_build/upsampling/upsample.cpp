@@ -5,6 +5,7 @@
 #include "pbm_build/radii/tangent_cell.h"
 #include "pbm_build/upsampling/moving_least_squares.h"
 #include "pbm_build/voxels/sample.h"
+#include "system/free_memory.h"
 #include "system/threads/parallel.h"
 
 #include <glm/common.hpp>
@@ -347,7 +348,7 @@ Result<std::vector<MortonCode>> upsample(Surface &surface, VertexNormals &normal
     made.reserve(total.load());
     for (std::vector<MadePoint> &some : made_in) {
         made.insert(made.end(), some.begin(), some.end());
-        std::vector<MadePoint>().swap(some);
+        free_memory(some);
     }
     keep_one_per_voxel(made);
     append(made, grid, cloud, request.fields, surface, normals);

@@ -3,6 +3,7 @@
 #include "pbm_build/fields/field_votes.h"
 #include "pbm_build/grid/radix_sort.h"
 #include "pbm_build/voxels/sample_cursor.h"
+#include "system/free_memory.h"
 #include "system/threads/parallel.h"
 
 #include <algorithm>
@@ -236,28 +237,31 @@ Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const BucketRang
     std::vector<std::size_t> starts(buckets.size() + 1, 0);
     for (std::size_t b = 0; b < buckets.size(); ++b)
         starts[b + 1] = starts[b] + (buckets[b] ? buckets[b]->codes.size() : 0);
+    // Column by column, so that at most one of them is there twice.
     Voxels all;
-    all.codes.resize(starts.back());
-    all.points.resize(starts.back(), set);
-    for (const Field &field : fields)
-        all.fields.emplace_back(starts.back() * field.bytes);
-    parallel_for(buckets.size(), threads, [&](std::size_t b) {
-        const std::unique_ptr<Voxels> part = std::move(buckets[b]);
-        if (!part)
-            return;
-        const auto copy_to = [](const auto &from, auto &to, std::size_t at) {
-            std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
-        };
-        copy_to(part->codes, all.codes, starts[b]);
-        for (std::size_t f = 0; f < fields.size(); ++f)
-            copy_to(part->fields[f], all.fields[f], starts[b] * fields[f].bytes);
-        for_columns(
-            set,
-            [&](const StreamInfo &, std::size_t width, const auto &from, auto &to) {
-                copy_to(from, to, width * starts[b]);
-            },
-            part->points, all.points);
-    });
+    const auto gather = [&](std::size_t width, auto &to, const auto &column_of) {
+        to.resize(width * starts.back());
+        parallel_for(buckets.size(), threads, [&](std::size_t b) {
+            if (!buckets[b])
+                return;
+            auto &from = column_of(*buckets[b]);
+            std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(width * starts[b]));
+            free_memory(from);
+        });
+    };
+    gather(
+        1, all.codes, [](Voxels & of) -> auto & { return of.codes; });
+    for (const StreamInfo &stream : point_streams())
+        if (stream.kind == StreamKind::normal)
+            gather(
+                1, all.points.normals, [](Voxels & of) -> auto & { return of.points.normals; });
+        else
+            gather(
+                bytes_per_point(stream, set),
+                all.points.values(stream), [&](Voxels & of) -> auto & { return of.points.values(stream); });
+    for (std::size_t f = 0; f < fields.size(); ++f)
+        gather(
+            fields[f].bytes, all.fields.emplace_back(), [&](Voxels & of) -> auto & { return of.fields[f]; });
     return all;
 }
 

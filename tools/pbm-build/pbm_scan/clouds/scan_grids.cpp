@@ -3,6 +3,7 @@
 #include "pbm_scan/clouds/stations.h"
 #include "pbm_scan/surface/range_grid.h"
 #include "pbm_scan/text/printable.h"
+#include "system/free_memory.h"
 
 #include <algorithm>
 #include <numeric>
@@ -48,7 +49,7 @@ void put_points_last(Surface &surface) {
 
 AttributeReport triangulate_scans(Surface &surface, const std::vector<ScanGrid> &grids) {
     const auto stay_points = [&surface](const std::string &why) {
-        surface.triangles = {};
+        free_memory(surface.triangles);
         return AttributeReport{kName, Fate::dropped, why + ": the scans are kept as points"};
     };
     for (const ScanGrid &grid : grids) {

@@ -1,6 +1,7 @@
 #include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/text/text_lines.h"
 #include "system/bytes.h"
+#include "system/free_memory.h"
 
 #include <array>
 #include <bit>
@@ -230,7 +231,7 @@ Result<Surface> read_stl(std::span<const std::uint8_t> bytes, const ReadOptions 
     surface.has_facets = true;
     surface.dropped_triangles = facets->dropped;
     const std::vector<std::uint32_t> vertices = weld(facets->corners, surface.positions);
-    std::vector<glm::dvec3>().swap(facets->corners);
+    free_memory(facets->corners);
     surface.triangles.reserve(vertices.size() / 3);
     for (std::size_t i = 0; i < vertices.size(); i += 3) {
         const glm::uvec3 t(vertices[i], vertices[i + 1], vertices[i + 2]);

@@ -335,7 +335,7 @@ Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
     for (std::size_t f = 0; f < fields.size(); ++f)
         for (const double value : body->fields[f])
             fields[f].add(value);
-    body->fields = {};
+    body->fields.clear();
     Result<Outcomes> outcomes = finish(*header, *roles, *body, options.default_material, surface);
     if (!outcomes)
         return outcomes.error();

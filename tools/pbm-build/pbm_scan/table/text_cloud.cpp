@@ -5,6 +5,7 @@
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/words.h"
 #include "system/files/file_names.h"
+#include "system/free_memory.h"
 
 #include <algorithm>
 #include <array>
@@ -94,7 +95,7 @@ class TextCloud {
         for (std::size_t i = 0; i < count; ++i)
             for (std::size_t k = 0; k < columns_; ++k)
                 table.set(i, roles[k], values_[i * columns_ + k]);
-        values_ = {};
+        free_memory(values_);
         fill_surface(std::move(table), names_, roles, kept, surface);
         if (!options_.columns.empty())
             surface.report.push_back({"columns", Fate::kept, "as --columns names them"});
