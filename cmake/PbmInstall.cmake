@@ -53,6 +53,7 @@ endwhile()
 install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt
     docs/reference/validator-codes.md DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
 install(FILES format_spec/bvg.magic DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm)
+install(DIRECTORY bazel DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm)
 
 install(EXPORT pbmTargets NAMESPACE pbm:: DESTINATION ${PBM_CMAKE_DIR})
 # Not in a folder that find_package searches: PATH may hold the build's programs, and without its installed neighbours

@@ -48,8 +48,8 @@ Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<cons
     for (std::string &argument : result) {
         if (argument == "--") // file names follow
             break;
-        if (argument == "--json")
-            argument = "--json=-";
+        if (argument == "--json" || argument == "--sarif" || argument == "--junit")
+            argument += "=-";
         if (argument.size() > 3 && argument.starts_with("--") && argument.find('=') == argument.size() - 1)
             return Error{ErrorCode::usage, 0, argument + ": the value is missing"};
         const auto old = std::find_if(switches.begin(), switches.end(),

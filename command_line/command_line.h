@@ -24,8 +24,8 @@ struct OldSwitch {
 };
 
 // Arguments without the program's name, prepared for CLI11: reversed and without single-dash words. `--json` alone
-// becomes `--json=-` (standard output), so that it does not take a following file name as its value. Refuses the
-// dissertation's switches that `switches` does not name.
+// becomes `--json=-` (standard output), so that it does not take a following file name as its value; `--sarif` and
+// `--junit` likewise. Refuses the dissertation's switches that `switches` does not name.
 //
 // errors  usage  a switch of another program
 Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<const OldSwitch> switches = {});

@@ -15,7 +15,8 @@ viewer=("${runtime[@]}" libglfw3-dev libepoxy-dev libimgui-dev)
 demo=("${runtime[@]}" libtomlplusplus-dev libpng-dev libstb-dev zlib1g-dev libwebp-dev libdraco-dev libmeshoptimizer-dev
     libexpat1-dev libeigen3-dev)
 all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
-    ccache libgtest-dev libembree-dev python3 python3-jsonschema python3-zstandard python3-xxhash
+    ccache libgtest-dev libembree-dev python3 python3-jsonschema python3-zstandard python3-xxhash python3-yaml
+    git meson pre-commit bazel-bootstrap
     valgrind zstd make mandoc groff-base draco lib32stdc++-12-dev libc6-dev-i386
     xvfb xdotool imagemagick libgl1-mesa-dri
     clang libclang-rt-14-dev clang-tidy clang-format)
@@ -59,4 +60,16 @@ if [ "${1:-all}" = demo ] && [ ! -d $unpacked ] && ! dpkg-query -W libopenmesh-d
         dpkg-deb -x "$file" $unpacked.part
     done
     mv $unpacked.part $unpacked
+fi
+
+# The schema of SARIF, which Debian does not have. Without npm, or without a network, its test uses a part of it alone.
+sarif=build/sarif
+if [ "${1:-all}" = all ] && [ ! -d $sarif ] && command -v npm >/dev/null; then
+    mkdir -p $sarif.part
+    if (cd $sarif.part && npm pack --silent @microsoft/jest-sarif@1.0.0-beta.0 >/dev/null && tar -xzf ./*.tgz); then
+        mv $sarif.part $sarif
+    else
+        echo "packages: the schema of SARIF is not to be had" >&2
+        rm -r $sarif.part
+    fi
 fi

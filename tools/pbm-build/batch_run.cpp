@@ -149,10 +149,11 @@ class BatchReport {
     void say_built(const batch::Ending &ending, const Json &document, bool is_built) {
         std::size_t dropped = 0;
         for (const Json &line : document.value("attributes", Json::array()))
-            if (line.value("fate", "") == "dropped") {
+            if (const std::string warning = line.value("warning", "");
+                line.value("fate", "") == "dropped" && !contains(arguments_.allowed, find_warning(warning))) {
                 ++dropped;
-                const std::string text =
-                    ending.scan->input + ": " + line.value("name", "") + " dropped (" + line.value("note", "") + ")";
+                const std::string text = ending.scan->input + ": " + line.value("name", "") + " dropped (" +
+                                         line.value("note", "") + ") [" + warning + "]";
                 command_line::log_line(command_line::LogKind::warning, text);
                 if (arguments_.verbosity == command_line::Verbosity::warnings)
                     std::cerr << program_ << ": warning: " << command_line::printable(text) << '\n';

@@ -40,11 +40,20 @@ std::string full_name(const AttributeReport &line) { return (line.input.empty() 
 
 std::string note(const AttributeReport &line) { return line.note.empty() ? "" : " (" + line.note + ")"; }
 
+// " [stray-points]"
+std::string kind(const AttributeReport &line) {
+    const Warning warning = warning_of(line);
+    return warning == Warning::none ? "" : " [" + std::string(entry_of(warning).name) + "]";
+}
+
 // The fates of attributes, the steps with --verbose, and the figures of the output.
 std::string report(const Arguments &arguments, const BuildStatistics &statistics) {
     std::string text;
     for (const AttributeReport &line : statistics.attributes)
-        text += command_line::printable(full_name(line) + ": " + std::string(to_string(line.fate)) + note(line)) + "\n";
+        if (!contains(arguments.allowed, warning_of(line)))
+            text += command_line::printable(full_name(line) + ": " + std::string(to_string(line.fate)) + note(line) +
+                                            kind(line)) +
+                    "\n";
     for (const MeshFigures &figures : statistics.meshes)
         text += to_text(figures);
     if (arguments.verbosity == command_line::Verbosity::verbose)
@@ -59,12 +68,12 @@ std::string report(const Arguments &arguments, const BuildStatistics &statistics
 }
 
 // To the log, and to standard error where the report does not say it.
-void warn_of_dropped(const BuildStatistics &statistics, command_line::Verbosity verbosity) {
+void warn_of_dropped(const BuildStatistics &statistics, const Arguments &arguments) {
     for (const AttributeReport &line : statistics.attributes)
-        if (line.fate == Fate::dropped) {
-            const std::string text = full_name(line) + " dropped" + note(line);
+        if (line.fate == Fate::dropped && !contains(arguments.allowed, warning_of(line))) {
+            const std::string text = full_name(line) + " dropped" + note(line) + kind(line);
             command_line::log_line(command_line::LogKind::warning, text);
-            if (verbosity == command_line::Verbosity::warnings)
+            if (arguments.verbosity == command_line::Verbosity::warnings)
                 std::cerr << kProgram << ": warning: " << command_line::printable(text) << '\n';
         }
 }
@@ -101,12 +110,14 @@ std::optional<int> refuse(const Arguments &arguments, std::span<const std::strin
         return command_line::fail_usage(kProgram,
                                         "--if-changed and dependency files need an output with a name; use -o");
     const bool has_parts = arguments.shard.count > 1 || arguments.merged > 0 || arguments.shards > 0;
-    if (arguments.if_changed || arguments.source_hash || !arguments.cache.empty() || has_parts)
+    if (arguments.if_changed || arguments.source_hash || !arguments.cache.empty() || has_parts || arguments.action_key)
         for (const std::string &file : files)
             if (is_stream(file))
                 return command_line::fail_usage(
-                    kProgram, file + ": --if-changed, --source-hash, --cache and parts read the input twice: a stream "
-                                     "cannot be");
+                    kProgram, file + ": --if-changed, --source-hash, --action-key, --cache and parts read the input "
+                                     "twice: a stream cannot be");
+    if (arguments.action_key)
+        return std::nullopt;
     if (const auto refused = command_line::refuse_outputs(kProgram, files, outputs_of(arguments)))
         return refused;
     if (!arguments.depfile)
@@ -128,15 +139,18 @@ void take_figures(const ModelFigures &figures, Outcome outcome, BuildStatistics 
 }
 
 // A build that fails to fill the cache is no failure.
-void fill_cache(const CacheFolder &cache, const std::string &file, const std::string &output) {
+void fill_cache(const CacheFolder &cache, const std::string &file, const Arguments &arguments) {
     std::error_code error;
     const bool is_in_the_way = std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error);
-    const Result<MappedFile> model =
-        is_in_the_way ? Result<MappedFile>(Error{ErrorCode::io, 0, "it is no file"}) : MappedFile::open(output);
+    const Result<MappedFile> model = is_in_the_way ? Result<MappedFile>(Error{ErrorCode::io, 0, "it is no file"})
+                                                   : MappedFile::open(arguments.output);
     const Status stored = model ? replace_file(file, model->bytes(), Durability::cached) : Status(model.error());
     if (stored)
         return cache.evict_others(file);
-    const std::string text = "the cache is not filled: " + file + ": " + stored.error().message;
+    if (contains(arguments.allowed, Warning::cache_not_filled))
+        return;
+    const std::string text = "the cache is not filled: " + file + ": " + stored.error().message + " [" +
+                             std::string(entry_of(Warning::cache_not_filled).name) + "]";
     command_line::log_line(command_line::LogKind::warning, text);
     std::cerr << kProgram << ": warning: " << command_line::printable(text) << '\n';
 }
@@ -156,6 +170,18 @@ Result<SourceRecord> record_of(const Arguments &arguments, std::span<const std::
     // Poses and viewpoints belong to inputs one by one; else no order of inputs changes the model.
     const bool in_order = arguments.build.poses.size() > 1 || arguments.build.viewpoints.size() > 1;
     return make_record(sources, arguments.request, in_order);
+}
+
+// Whether the output holds the record.
+bool keeps_record(const Arguments &arguments) { return arguments.if_changed || arguments.source_hash; }
+
+// Prints the key under which a cache of this program's, or a remote one, keeps the output. Returns the exit code.
+int print_action_key(const Arguments &arguments, std::span<const std::string> sources) {
+    const auto record = record_of(arguments, sources);
+    if (!record)
+        return fail_input(sources, record.error());
+    std::cout << cache_key(*record, keeps_record(arguments)) << '\n';
+    return 0;
 }
 
 // Builds the part `output`, unless it is there. Returns the exit code.
@@ -183,7 +209,7 @@ int build_part(const Arguments &arguments, std::span<const std::string> sources,
     display.clear();
     if (!part)
         return fail_input(arguments.inputs, part.error());
-    warn_of_dropped(statistics, arguments.verbosity);
+    warn_of_dropped(statistics, arguments);
     if (const Status written = write_part(arguments.output, name, *part); !written)
         return fail(arguments.output, written.error());
     take({part->parameters.grid, part->voxels.codes.size()});
@@ -215,8 +241,7 @@ Result<Model> merge(const Arguments &arguments, const std::string &key, std::spa
 int build(const Arguments &arguments, std::span<const std::string> sources, BuildStatistics &statistics) {
     SourceRecord record;
     std::optional<EarlierOutput> earlier;
-    const bool keeps_record = arguments.if_changed || arguments.source_hash;
-    if (keeps_record || !arguments.cache.empty() || arguments.merged > 0) {
+    if (keeps_record(arguments) || !arguments.cache.empty() || arguments.merged > 0) {
         auto made = record_of(arguments, sources);
         if (!made)
             return fail_input(sources, made.error());
@@ -235,7 +260,7 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
         if (!opened)
             return fail("--cache " + arguments.cache, opened.error());
         cache = std::move(*opened);
-        cached = cache->file_of(cache_key(record, keeps_record));
+        cached = cache->file_of(cache_key(record, keeps_record(arguments)));
         // A report of the mesh is made by building.
         const auto copied =
             arguments.build.mesh.report ? Result(std::optional<ModelFigures>()) : copy_cached(cached, arguments.output);
@@ -261,8 +286,8 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
     if (!model)
         return fail_input(arguments.inputs, model.error(), parts);
     model->images.panorama = std::move(*panorama);
-    warn_of_dropped(statistics, arguments.verbosity);
-    if (keeps_record) {
+    warn_of_dropped(statistics, arguments);
+    if (keeps_record(arguments)) {
         auto metadata = with_record(model->metadata, record);
         if (!metadata)
             return fail_input(arguments.inputs, metadata.error());
@@ -277,7 +302,7 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
     if (!written)
         return fail(command_line::output_name(arguments.output), written.error());
     if (cache && !is_stream(arguments.output))
-        fill_cache(*cache, cached, arguments.output);
+        fill_cache(*cache, cached, arguments);
     return 0;
 }
 
@@ -291,7 +316,8 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
     const bool is_part = arguments.shard.count > 1;
     if (is_part)
         arguments.output = part_file_name(arguments.output, arguments.shard);
-    if (const auto failed = arguments.plan.empty() ? limit_memory(kProgram, arguments) : std::nullopt)
+    const bool builds = arguments.plan.empty() && !arguments.action_key;
+    if (const auto failed = builds ? limit_memory(kProgram, arguments) : std::nullopt)
         return *failed;
     if (arguments.depfile && arguments.depfile_name.empty())
         arguments.depfile_name = arguments.output + ".d";
@@ -303,6 +329,8 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
         files.push_back(arguments.recipe);
     if (const auto refused = refuse(arguments, files))
         return *refused;
+    if (arguments.action_key)
+        return print_action_key(arguments, sources);
     if (!arguments.grid_like.empty()) {
         Result<Grid> grid = read_grid(arguments.grid_like);
         if (!grid)

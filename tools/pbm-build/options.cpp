@@ -16,6 +16,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <iostream>
 #include <map>
 #include <sstream>
 
@@ -71,9 +72,66 @@ Result<std::array<double, 3>> three_numbers(const std::string &text) {
     return values;
 }
 
+// Complaint about a word that names no warning.
+std::string unknown_warning(const std::string &word) {
+    if (!word.empty() && find_warning(word) != Warning::none)
+        return {};
+    std::vector<std::string> known;
+    for (const WarningEntry &entry : kWarnings)
+        known.emplace_back(entry.name);
+    const std::string nearest = command_line::nearest_word(word, known);
+    return "'" + word + "' is no warning" +
+           (nearest.empty() ? "; --list-warnings names them all" : "; did you mean " + nearest + "?");
+}
+
+// What is denied refuses the scan before an output is written.
+std::string undeniable_warning(const std::string &word) {
+    std::string complaint = unknown_warning(word);
+    if (complaint.empty() && !entry_of(find_warning(word)).is_deniable)
+        complaint = word + " is found when the output is there: --deny cannot refuse it";
+    return complaint;
+}
+
+WarningSet warnings_named(const std::vector<std::string> &words) {
+    WarningSet set;
+    for (const std::string &word : words)
+        set.set(static_cast<std::size_t>(find_warning(word)));
+    return set;
+}
+
+void print_warnings(bool as_markdown) {
+    if (as_markdown)
+        std::cout << "| name | fate | meaning |\n|---|---|---|\n";
+    for (const WarningEntry &entry : kWarnings)
+        if (as_markdown && !entry.name.empty())
+            std::cout << "| `" << entry.name << "` | " << to_string(entry.fate) << " | " << entry.help << " |\n";
+        else if (!entry.name.empty())
+            std::cout << formatted("%-20s %-10s ", entry.name.data(), to_string(entry.fate).data()) << entry.help
+                      << '\n';
+}
+
+// Handles --list-warnings, which needs no input, and takes --deny and --allow.
+std::optional<int> take_warnings(std::string_view program, Arguments &arguments) {
+    if (!arguments.list_warnings.empty()) {
+        if (arguments.list_warnings != "text" && arguments.list_warnings != "markdown")
+            return command_line::fail_usage(program, "--list-warnings: write text or markdown");
+        print_warnings(arguments.list_warnings == "markdown");
+        return 0;
+    }
+    arguments.build.denied = warnings_named(arguments.deny);
+    arguments.allowed = warnings_named(arguments.allow);
+    for (const std::string &word : arguments.allow)
+        if (contains(arguments.build.denied, find_warning(word)))
+            return command_line::fail_usage(program, "--deny and --allow both name " + word + ": leave one out");
+    return std::nullopt;
+}
+
 // False for options of destination, speed and output, which do not affect the result.
 bool changes_result(const command_line::GivenValue &option) {
-    constexpr std::array<std::string_view, 29> kHarmless{{"--temp-dir",
+    constexpr std::array<std::string_view, 32> kHarmless{{"--temp-dir",
+                                                          "--action-key",
+                                                          "--allow",
+                                                          "--list-warnings",
                                                           "--shard",
                                                           "--shards",
                                                           "--merge",
@@ -120,9 +178,9 @@ bool is_one_of(std::string_view name, std::span<const std::string_view> names) {
 
 // Collects the options that each build of a batch or plan gets.
 void collect_forwarded(const CommandLine &line, Arguments &arguments) {
-    constexpr std::array<std::string_view, 9> kOfAll{"--cache",         "--cache-size",         "--if-changed",
-                                                     "--source-hash",   "--write-dependencies", "--recipe",
-                                                     "--allow-outside", "--mesh-report",        "--temp-dir"};
+    constexpr std::array<std::string_view, 10> kOfAll{
+        "--cache",  "--cache-size", "--if-changed",    "--source-hash", "--write-dependencies",
+        "--recipe", "--allow",      "--allow-outside", "--mesh-report", "--temp-dir"};
     for (const command_line::GivenValue &option : line.given)
         if (option.name != "INPUT" && !option.is_setting && (changes_result(option) || is_one_of(option.name, kOfAll)))
             arguments.forwarded.push_back(option.name + "=" + option.value);
@@ -356,6 +414,9 @@ void add_build_system_options(CommandLine &line, Arguments &arguments) {
     line.add("--write-dependencies", "Write what was read, for Make and Ninja, to the output's name with .d",
              &arguments.depfile);
     line.add("--dependency-file", "The same, to FILE", &arguments.depfile_name, {.type = "FILE"});
+    line.add("--action-key",
+             "Print a hash of all that decides the output's bytes (input, options, versions), and do nothing else",
+             &arguments.action_key, {.is_setting = false});
     line.add("--progress",
              "Print progress to stdout for a program that shows it: lines of a step's percentage and name",
              &arguments.progress);
@@ -368,7 +429,7 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
     line.add("--batch",
              "Build each scan of a folder, or of a list with a path a line, to a file of its own; a bad one costs only "
              "itself",
-             &arguments.batch, {.type = "LIST|DIR", .is_setting = false});
+             &arguments.batch, {.type = "LIST|DIR", .is_setting = false, .excludes = {"--action-key"}});
     line.add("--output-dir", "Folder for the models of --batch", &arguments.output_folder,
              {.type = "DIR", .is_setting = false, .needs = "--batch"});
     line.add("--keep-going", "Build the other scans of --batch after a failure", &arguments.keep_going,
@@ -377,10 +438,15 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
              "One of N machines (I of 0..N-1): every Nth scan of --batch from number I on, or part I of one model, "
              "beside its output",
              command_line::stored(parse_shard, arguments.shard),
-             {.type = "I/N", .check = command_line::readable(parse_shard), .is_setting = false});
+             {.type = "I/N",
+              .check = command_line::readable(parse_shard),
+              .is_setting = false,
+              .excludes = {"--action-key"}});
     line.add("--merge", "Make the model from its N parts, which --shard 0/N ... built with the same inputs and options",
              &arguments.merged,
-             {.check = command_line::Integers{2, kMaxTasks}, .is_setting = false, .excludes = {"--shard", "--batch"}});
+             {.check = command_line::Integers{2, kMaxTasks},
+              .is_setting = false,
+              .excludes = {"--shard", "--batch", "--action-key"}});
     line.add("--plan",
              "Write what --batch, or --shards for one model, would do as a Ninja file or a Slurm script, and build "
              "nothing",
@@ -393,7 +459,8 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
                                  ? std::string()
                                  : "'" + name + "' is no plan; name it FILE.ninja or FILE.slurm";
                   },
-              .is_setting = false});
+              .is_setting = false,
+              .excludes = {"--action-key"}});
     line.add("--shards", "Parts of the model that --plan divides among machines", &arguments.shards,
              {.check = command_line::Integers{2, kMaxTasks},
               .is_setting = false,
@@ -427,6 +494,12 @@ void add_general_options(CommandLine &line, Arguments &arguments) {
     command_line::add_quiet(line, arguments.verbosity);
     line.add("--warnings", "Say nothing but errors and what was dropped",
              [&arguments] { arguments.verbosity = command_line::Verbosity::warnings; }, {.excludes = {"--quiet"}});
+    line.add("--deny", "Refuse scans whose report has lines of these names", &arguments.deny,
+             {.type = "NAME,..", .check = undeniable_warning, .separator = ','});
+    line.add("--allow", "Leave such lines out of report, warnings and log", &arguments.allow,
+             {.type = "NAME,..", .check = unknown_warning, .separator = ','});
+    line.add("--list-warnings", "Names for both; --list-warnings=markdown", &arguments.list_warnings,
+             {.alone = "text", .is_setting = false});
     command_line::add_verbose(line, arguments.verbosity, "Name every step");
     line.add_version(PBM_VERSION);
 }
@@ -473,6 +546,8 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
         pointers.push_back(word.data());
     if (const auto done =
             command_line::parse(line, static_cast<int>(pointers.size()), pointers.data(), kSwitches, manual))
+        return done;
+    if (const auto done = take_warnings(program, arguments))
         return done;
     Result<SceneRequest> request = scene_request(line, scene);
     if (!request)

@@ -21,7 +21,10 @@ struct Arguments {
     std::string grid_like;               // .pbvg whose grid is taken, empty for none
     std::string json;                    // file, "-" for stdout, empty for none
     bool if_changed = false, source_hash = false;
-    std::string cache; // folder, empty for none
+    bool action_key = false;              // print the key of the output, build nothing
+    std::string list_warnings;            // "text", "markdown"; empty: no
+    std::vector<std::string> deny, allow; // names of warnings
+    std::string cache;                    // folder, empty for none
     std::uint64_t cache_size = std::uint64_t{20} << 30;
     std::string temp_folder; // of --max-memory, empty: the system's
     bool progress = false;   // lines of progress on stdout
@@ -41,6 +44,7 @@ struct Arguments {
     std::uint64_t merged = 0;           // parts that become the model; 0: it is built from the inputs
     std::string plan;                   // file to write instead of building anything, empty for none
     std::vector<std::string> forwarded; // words of the options that each build of a batch or plan gets
+    WarningSet allowed{};               // not printed
     BuildOptions build;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;
 };

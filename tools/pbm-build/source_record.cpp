@@ -5,6 +5,7 @@
 #include "pbm_format/container/layout.h"
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/reader.h"
+#include "pbm_format/writing/frame_encoder.h"
 #include "pbm_scan/surface_reader.h"
 #include "system/files/cache_folder.h"
 #include "system/files/file_replacement.h"
@@ -145,7 +146,9 @@ std::optional<EarlierOutput> find_earlier_output(const std::string &path) {
 }
 
 std::string cache_key(const SourceRecord &record, bool in_file) {
-    return hex(hash_of(as_bytes("pbm-build " PBM_VERSION "\n" + record.source_hash + "\n" + record.request_hash + "\n" +
+    const std::string versions = "pbm-build " PBM_VERSION ", format " + std::to_string(kMajorVersion) + "." +
+                                 std::to_string(kMinorVersion) + ", zstd " + zstd_version() + "\n";
+    return hex(hash_of(as_bytes(versions + record.source_hash + "\n" + record.request_hash + "\n" +
                                 (in_file ? "with" : "without") + " record")));
 }
 

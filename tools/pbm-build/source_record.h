@@ -50,8 +50,9 @@ struct EarlierOutput {
 // Nothing if the file is absent, damaged, without a record, or written by another version of this program.
 std::optional<EarlierOutput> find_earlier_output(const std::string &path);
 
-// The key of a build in a cache (system/files/cache_folder.h): hexadecimal digits. `in_file`: whether the output holds
-// the record.
+// The key of a build in a cache (system/files/cache_folder.h, --action-key): hexadecimal digits, a hash of everything
+// that decides the bytes of the output: the record, and the versions of this program, of the format and of zstd.
+// `in_file`: whether the output holds the record.
 std::string cache_key(const SourceRecord &record, bool in_file);
 
 // Copies the model `file` of a cache to `output`. Nothing if it is absent or damaged.

@@ -1,11 +1,13 @@
 // pbm-validate: checks whether a .pbvg is valid, and reports what breaks which rule where.
 #include "command_line/common_options.h"
 #include "command_line/json_report.h"
+#include "pbm_format/hashes/hash.h"
 #include "system/files/file_names.h"
 #include "system/files/mapped_file.h"
 #include "verdict.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -21,7 +23,7 @@ using command_line::Integers;
 struct Options {
     std::vector<std::string> paths;
     std::vector<std::string> ignore, only; // codes and groups
-    std::string json_path, explain, list_codes;
+    std::string json_path, sarif_path, junit_path, explain, list_codes;
     bool quick = false, deep = false, errors_only = false, strict = false, recursive = false, quiet = false;
     ValidateOptions validation;
 };
@@ -60,17 +62,29 @@ Verdict conclude(const std::string &path, ValidationReport report, bool was_read
     return verdict;
 }
 
+std::string hash_of(ByteView bytes) {
+    StreamingHash hash;
+    hash.add(bytes);
+    const Hash128 halves = hash.finish();
+    return to_string(hash_value(halves[1])).substr(2) + to_string(hash_value(halves[0])).substr(2); // without "0x"
+}
+
 Verdict examine(const std::string &path, const Options &options) {
     const Result<MappedFile> file = path == "-"
                                         ? MappedFile::read_stream(path, options.validation.max_memory, wanted_bytes)
                                         : MappedFile::open(path);
     if (!file)
         return conclude(path, report_of(file.error(), options), false, options);
+    Verdict verdict;
     try {
-        return conclude(path, validate(file->bytes(), options.validation), true, options);
+        verdict = conclude(path, validate(file->bytes(), options.validation), true, options);
     } catch (const std::bad_alloc &) {
-        return conclude(path, report_of(broken("system.memory", 0, "out of memory"), options), true, options);
+        verdict = conclude(path, report_of(broken("system.memory", 0, "out of memory"), options), true, options);
     }
+    verdict.bytes = file->bytes().size();
+    if (!options.sarif_path.empty() && !options.quick) // which reads no more than the front
+        verdict.hash = hash_of(file->bytes());
+    return verdict;
 }
 
 // .bvg is the former extension. Other systems' file names may be in capitals.
@@ -147,6 +161,10 @@ void add_options(CommandLine &line, Options &options) {
     line.add("-r,--recursive", "All .pbvg files in folders too", &options.recursive);
     line.add("-q,--quiet", "Say nothing about valid files", &options.quiet);
     command_line::add_json(line, options.json_path, "Verdicts");
+    line.add("--sarif", "Findings as SARIF 2.1.0, to FILE beside the text, or (--sarif alone) to stdout",
+             &options.sarif_path, {.type = "[=FILE]"});
+    line.add("--junit", "Verdicts as JUnit XML, to FILE beside the text, or (--junit alone) to stdout",
+             &options.junit_path, {.type = "[=FILE]"});
     command_line::add_threads(line, options.validation.threads);
     command_line::add_max_memory(line, options.validation.max_memory);
     line.add_version(PBM_VERSION);
@@ -169,6 +187,12 @@ std::optional<int> tell_codes(const Options &options) {
         return command_line::fail_usage("pbm-validate", "--list-codes: write text or markdown");
     std::cout << (options.list_codes == "text" ? codes_as_text(codes_named("")) : codes_as_markdown());
     return 0;
+}
+
+// Returns the exit code.
+int write(const std::string &path, const std::string &document) {
+    const Status written = command_line::write_text(path, document);
+    return written ? 0 : command_line::fail("pbm-validate", command_line::output_name(path), written.error());
 }
 
 void choose(Options &options) {
@@ -201,18 +225,21 @@ int run(int argc, char **argv) {
         return *done;
     if (options.paths.empty())
         return command_line::fail_usage("pbm-validate", "FILE is required");
-    if (const auto refused =
-            command_line::refuse_outputs("pbm-validate", options.paths, {{{"--json", options.json_path}}}))
+    const std::array<command_line::OutputFile, 3> outputs{
+        {{"--json", options.json_path}, {"--sarif", options.sarif_path}, {"--junit", options.junit_path}}};
+    if (const auto refused = command_line::refuse_outputs("pbm-validate", options.paths, outputs))
         return *refused;
     choose(options);
 
     int code = 0;
-    std::vector<Verdict> verdicts; // for JSON
+    const bool says_text = options.json_path.empty() && options.sarif_path != "-" && options.junit_path != "-";
+    const bool keeps = !options.json_path.empty() || !options.sarif_path.empty() || !options.junit_path.empty();
+    std::vector<Verdict> verdicts; // for the documents
     const auto report = [&](Verdict verdict) {
         code = std::max(code, verdict.exit_code);
-        if (options.json_path.empty())
+        if (says_text)
             print(verdict, options);
-        else
+        if (keeps)
             verdicts.push_back(std::move(verdict));
     };
     for (const std::string &path : options.paths) {
@@ -223,11 +250,16 @@ int run(int argc, char **argv) {
         else
             report(examine(path, options));
     }
-    if (options.json_path.empty())
-        return code;
-    const int written = command_line::write_json("pbm-validate", options.json_path,
-                                                 report_as_json(verdicts, options.validation.level, code));
-    return std::max(code, written);
+    const ValidationLevel level = options.validation.level;
+    const int verdict = code;
+    if (!options.sarif_path.empty())
+        code = std::max(code, write(options.sarif_path, report_as_sarif(verdicts, level, verdict)));
+    if (!options.junit_path.empty())
+        code = std::max(code, write(options.junit_path, report_as_junit(verdicts, level)));
+    if (!options.json_path.empty())
+        code = std::max(code, command_line::write_json("pbm-validate", options.json_path,
+                                                       report_as_json(verdicts, level, verdict)));
+    return code;
 }
 
 } // namespace

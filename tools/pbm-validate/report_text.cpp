@@ -40,22 +40,25 @@ std::string compared(const Finding &finding) {
     return text.empty() ? "" : " (" + text + ")";
 }
 
-void print_finding(std::ostream &out, const Finding &finding) {
-    out << "  " << to_string(finding.entry->severity) << ' ' << finding.entry->name;
+} // namespace
+
+std::string message_of(const Finding &finding) { return finding.message + compared(finding); }
+
+std::string text_of(const Finding &finding) {
+    std::string text = std::string(to_string(finding.entry->severity)) + " " + std::string(finding.entry->name);
     if (is_placed(finding))
-        out << " at offset " << finding.offset;
-    out << ", " << finding.section;
+        text += " at offset " + std::to_string(finding.offset);
+    text += ", " + finding.section;
     if (finding.chunk >= 0)
-        out << ", chunk " << finding.chunk;
+        text += ", chunk " + std::to_string(finding.chunk);
     if (finding.tile >= 0)
-        out << ", tile " << finding.tile;
-    out << ": " << command_line::printable(finding.message + compared(finding)) << '\n';
+        text += ", tile " + std::to_string(finding.tile);
+    return text + ": " + command_line::printable(message_of(finding));
 }
 
-// Prints the number of findings per code that were not kept.
-void print_rest(std::ostream &out, const ValidationReport &report) {
+std::string text_of_rest(const ValidationReport &report) {
     if (report.total == report.findings.size())
-        return;
+        return {};
     std::string codes;
     for (std::size_t code = 0; code < report.totals.size(); ++code) {
         const auto kept = std::count_if(report.findings.begin(), report.findings.end(),
@@ -64,10 +67,8 @@ void print_rest(std::ostream &out, const ValidationReport &report) {
         if (more != 0)
             codes += (codes.empty() ? "" : ", ") + std::to_string(more) + " " + std::string(kCatalogue[code].name);
     }
-    out << "  and " << report.total - report.findings.size() << " more: " << codes << '\n';
+    return "and " + std::to_string(report.total - report.findings.size()) + " more: " + codes;
 }
-
-} // namespace
 
 void print_text(std::ostream &out, const Verdict &verdict, ValidationLevel level) {
     const ValidationReport &report = verdict.report;
@@ -85,8 +86,9 @@ void print_text(std::ostream &out, const Verdict &verdict, ValidationLevel level
         out << "VALID " << path << ": " << report.points << " points in " << report.chunks << " chunks"
             << (found.empty() ? "" : "; " + found) << ignored(report) << '\n';
     for (const Finding &finding : report.findings)
-        print_finding(out, finding);
-    print_rest(out, report);
+        out << "  " << text_of(finding) << '\n';
+    if (const std::string rest = text_of_rest(report); !rest.empty())
+        out << "  " << rest << '\n';
 }
 
 } // namespace pbm::validate_program

@@ -65,6 +65,8 @@ StoredFrame append_frame(ByteView raw, int compression_level, Bytes &out) {
     return {.stored_bytes = static_cast<std::uint32_t>(stored.size()), .zstd = smaller};
 }
 
+std::string zstd_version() { return ZSTD_versionString(); }
+
 void append_planes(std::span<const Bytes> planes, int compression_level, Bytes &out) {
     const std::size_t entries = out.size();
     out.resize(entries + kPlaneEntryBytes * planes.size());

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 
 namespace pbm {
 
@@ -18,6 +19,9 @@ struct StoredFrame {
 // matches (0.5 to 1 GB/s) unless matches save a fifth. Level 1 makes only Huffman frames; levels 2..19 also try matches
 // with zstd's level of that number. Deterministic for one version of zstd.
 StoredFrame append_frame(ByteView raw, int compression_level, Bytes &out);
+
+// "1.5.4": the version of zstd that runs.
+std::string zstd_version();
 
 // Appends planes of a filter after their entries. BVG.md 5.8.1
 void append_planes(std::span<const Bytes> planes, int compression_level, Bytes &out);

@@ -523,8 +523,11 @@ TEST(Pipeline, ADepthThatNobodyAskedForFitsIntoMemory) {
     const Result<Model> model = build_model(surface, options, statistics);
     ASSERT_TRUE(model.ok()) << model.error().message;
     EXPECT_LT(model->parameters.grid.depth, wished);
-    const auto said = [](const AttributeReport &line) { return line.name == "depth"; };
+    const auto said = [](const AttributeReport &line) { return warning_of(line) == Warning::coarser_grid; };
     EXPECT_EQ(std::count_if(statistics.attributes.begin(), statistics.attributes.end(), said), 1);
+    options.denied.set(static_cast<std::size_t>(Warning::coarser_grid));
+    EXPECT_EQ(refused(surface, options).code, ErrorCode::bad_input);
+    options.denied.reset();
     options.grid.depth = wished;
     EXPECT_EQ(refused(surface, options).code, ErrorCode::memory);
 }

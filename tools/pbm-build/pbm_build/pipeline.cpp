@@ -90,9 +90,9 @@ void report_made_points(const Surface &surface, const BuildOptions &options, Bui
     if (!options.upsample)
         return;
     if (surface.point_count() == 0)
-        statistics.report("--upsample", Fate::dropped, "there are no points without faces");
+        statistics.report(Warning::idle_option, "--upsample", "there are no points without faces");
     else
-        statistics.report("upsampling", Fate::estimated,
+        statistics.report(Warning::made_points, "upsampling",
                           counted(statistics.made_points, "point") + " made in gaps of up to " +
                               counted(static_cast<std::uint64_t>(*options.upsample), "voxel"));
 }
@@ -159,7 +159,7 @@ Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const
             return transparent();
         if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points) {
             if (!options.grid.max_points && grid.depth < first_depth)
-                run.statistics.report("depth", Fate::converted,
+                run.statistics.report(Warning::coarser_grid, "depth",
                                       std::to_string(grid.depth) + " instead of " + std::to_string(first_depth) +
                                           ", which needs too much memory for its samples");
             return voxels;
@@ -249,6 +249,8 @@ Result<Surface> gather(std::vector<Surface> surfaces, const Run &run) {
     if (outliers_of(options) != Outliers::keep)
         if (Status dropped = drop_far_parts(surface, options.strict, statistics); !dropped)
             return dropped.error();
+    if (Status allowed = refuse_denied(statistics, options.denied); !allowed)
+        return allowed.error();
     return merged;
 }
 
@@ -288,7 +290,8 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
     GridRequest request = options.grid;
     if (!request.up && !request.like) {
         const FoundUp found = clock.run("up axis", [&] { return find_up_axis(surface, scan.bounds, threads); });
-        statistics.report("up axis", found.reason == UpReason::none ? Fate::kept : Fate::estimated, note_of(found));
+        statistics.report(found.reason == UpReason::none ? Warning::default_up_axis : Warning::estimated_up_axis,
+                          "up axis", note_of(found));
         request.up = found.up;
     }
     const PointRequest points{.viewpoint = options.viewpoints.size() == 1 ? std::optional(options.viewpoints.front())
@@ -309,11 +312,13 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
     if (!chosen)
         return chosen.error();
     if (!chosen->reason.empty())
-        statistics.report("depth", Fate::estimated, chosen->reason);
+        statistics.report(Warning::finer_grid, "depth", chosen->reason);
     scan.grid = chosen->grid;
     report_steps(single_precision, scan.grid.voxel_size, statistics);
     if (!options.grid.voxel_size && !options.grid.like)
         report_precision(scan.bounds, scan.grid, statistics);
+    if (Status allowed = refuse_denied(statistics, options.denied); !allowed)
+        return allowed.error();
     return scan;
 }
 
@@ -323,6 +328,8 @@ Result<Part> make_part(Prepared &scan, const PartNumber &number, const Run &run)
     if (!voxels)
         return voxels.error();
     report_made_points(scan.surface, run.options, run.statistics);
+    if (Status allowed = refuse_denied(run.statistics, run.options.denied); !allowed)
+        return allowed.error();
     scan.normals = {};
     Part part;
     part.parameters.grid = scan.grid;
@@ -356,6 +363,8 @@ Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &ru
     model.metadata = std::move(whole.metadata);
     if (Status furnished = furnish(std::move(triangles), voxels, model, run); !furnished)
         return furnished.error();
+    if (Status allowed = refuse_denied(statistics, run.options.denied); !allowed)
+        return allowed.error();
     run.clock.run("octree", [&] {
         LevelMasks masks = encode_octree(voxels.codes, grid.depth);
         free_memory(voxels.codes);

@@ -49,6 +49,7 @@ struct BuildOptions {
     Outliers outliers = Outliers::drop_strays;     // and far parts; kept with a grid that is given
     std::optional<int> upsample;                   // largest gap, voxels; upsample.h
     bool strict = false;                           // refuse the input instead of dropping any of it
+    WarningSet denied{};                           // refuse the input where its report has a line of these kinds
     int threads = 0;                               // 0: one per processor
     std::uint64_t max_samples = std::uint64_t{1} << 31; // pairs of a voxel and a triangle or point
 };
@@ -57,7 +58,7 @@ struct BuildOptions {
 // depend on the number of threads, nor on the order of surfaces, vertices, triangles and points. Adds to `statistics`.
 //
 // errors  unsupported_feature  more than kMaxMaterials materials, that of the ground plane included
-//         bad_input            with `strict`: vertices that no triangle uses
+//         bad_input            with `strict`: vertices that no triangle uses; a line of a kind that is denied
 //         too_large, usage     see grid_choice.h; more than kMaxPoints points
 //         memory               more samples than max_samples, or too many made points
 Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &options, BuildStatistics &statistics,

@@ -25,7 +25,7 @@ Status check_surface(const Surface &surface) {
 void report_dropped(const Surface &surface, BuildStatistics &statistics) {
     const auto report = [&](const char *name, std::uint64_t count, const char *why) {
         if (count > 0)
-            statistics.report(name, Fate::dropped, std::to_string(count) + why, surface.name);
+            statistics.report(Warning::unusable_geometry, name, std::to_string(count) + why, surface.name);
     };
     report("vertices", surface.dropped_vertices, " with coordinates that are not finite");
     report("triangles", surface.dropped_triangles, " degenerate, or with a dropped vertex");
@@ -48,7 +48,7 @@ void report_winding(const Surface &surface, bool are_flipped, BuildStatistics &s
     if (!(area > 0))
         statistics.report("faces", Fate::kept, "none of them has an area: the model is a line or a point");
     if (surface.stations.empty() && volume < -kClearlyClosed * area * std::sqrt(area))
-        statistics.report("winding", Fate::kept,
+        statistics.report(Warning::inward_faces, "winding",
                           std::string("the faces point inwards; if the model looks inside out, build it ") +
                               (are_flipped ? "without" : "with") + " --flip-faces",
                           surface.name);
@@ -69,7 +69,7 @@ Status report_loose_vertices(const Surface &surface, bool strict, BuildStatistic
         std::to_string(loose) + (loose == 1 ? " vertex belongs" : " vertices belong") + " to no face";
     if (strict)
         return bad_input("--strict: " + note + "; remove them from the scan or leave --strict out");
-    statistics.report("loose vertices", Fate::dropped, note, surface.name);
+    statistics.report(Warning::loose_vertices, "loose vertices", note, surface.name);
     return {};
 }
 
@@ -91,7 +91,7 @@ Status examine_surface(Surface &surface, bool flip_faces, bool strict, BuildStat
     if (flip_faces)
         reverse_faces(surface);
     if (flip_faces && surface.triangles.empty())
-        statistics.report("--flip-faces", Fate::dropped, "there are no faces", surface.name);
+        statistics.report(Warning::idle_option, "--flip-faces", "there are no faces", surface.name);
     report_winding(surface, flip_faces, statistics);
     if (Status checked = check_surface(surface); !checked)
         return checked;
@@ -102,7 +102,7 @@ void report_steps(std::span<const SinglePrecision> inputs, double voxel_size, Bu
     for (const SinglePrecision &input : inputs)
         if (input.step > voxel_size)
             statistics.report(
-                "coordinates", Fate::kept,
+                Warning::coordinate_steps, "coordinates",
                 formatted("near %.3g they have the steps of single precision, %.3g, and a voxel has %.3g; export the "
                           "scan with more digits (doubles), or shifted to its place, and give the shift as --origin",
                           input.near, input.step, voxel_size),
@@ -114,7 +114,7 @@ void report_precision(const Bounds &bounds, const Grid &grid, BuildStatistics &s
     if (!(extent > 0) || grid.edge() <= 2 * extent)
         return;
     statistics.report(
-        "precision", Fate::converted,
+        Warning::far_coordinates, "precision",
         formatted("the scan is %.3g long and lies %.3g from the origin: its grid is %.3g long, finer voxels would be "
                   "below the precision of coordinates; move the scan to its origin",
                   extent, farthest_coordinate(bounds), grid.edge()));

@@ -158,7 +158,7 @@ Status drop_far_parts(Surface &surface, bool strict, BuildStatistics &statistics
         std::count(used.begin() + static_cast<std::ptrdiff_t>(surface.first_point()), used.end(), std::uint8_t{2}));
     const bool all_faces = faces > 0 && faces == surface.triangles.size();
     if (all_faces || (growth < kDamageFactor && may_belong(surface, used, bounds.extent() / growth))) {
-        statistics.report("outliers", Fate::kept,
+        statistics.report(Warning::kept_outliers, "outliers",
                           counts_text(faces, points) +
                               formatted(", with which the grid is %.3g times larger: large enough to be part of the "
                                         "scene; if they are not, remove them from the scan",
@@ -170,7 +170,7 @@ Status drop_far_parts(Surface &surface, bool strict, BuildStatistics &statistics
         formatted(", with which the grid would be %.3g times larger; --keep-outliers keeps them", growth);
     if (strict)
         return bad_input(note);
-    statistics.report("outliers", Fate::dropped, note);
+    statistics.report(Warning::stray_points, "outliers", note);
     erase_triangles(surface, is_far);
     const std::size_t first = surface.first_point();
     const auto keep = [&](std::size_t i) { return used[i] != 2; };

@@ -15,7 +15,7 @@ namespace {
 void report_no_faces(const MeshRequest &request, const std::string &input, BuildStatistics &statistics) {
     const auto report = [&](bool requested, const char *option) {
         if (requested)
-            statistics.report(option, Fate::dropped, "there are no faces", input);
+            statistics.report(Warning::idle_option, option, "there are no faces", input);
     };
     report(request.report, "--mesh-report");
     report(request.orient_faces, "--orient-faces");
@@ -110,7 +110,7 @@ Status drop_parts(Surface &surface, Examined &examined, const PartSize &size, Bu
                           surface.name);
         return {};
     }
-    statistics.report("small parts", Fate::dropped,
+    statistics.report(Warning::small_parts, "small parts",
                       std::to_string(small.parts) + " of " + counted(sheets.parts.size(), "part") + ", with " +
                           counted(small.faces, "face") + formatted(" and %.3g %% of the area: ", 100 * small.share) +
                           "smaller than " + limit,
@@ -137,9 +137,12 @@ Status fill(Surface &surface, Examined &examined, int max_edges, BuildStatistics
                 std::to_string(filled->shortest_longer);
     if (filled->not_fillable() > 0)
         note += "; " + std::to_string(filled->not_fillable()) + " left: complex, or without a surface across";
-    statistics.report("holes", filled->filled == 0 ? Fate::kept : Fate::estimated, note, surface.name);
-    if (filled->filled > 0)
-        examined = Examined(surface);
+    if (filled->filled == 0) {
+        statistics.report("holes", Fate::kept, note, surface.name);
+        return {};
+    }
+    statistics.report(Warning::filled_holes, "holes", note, surface.name);
+    examined = Examined(surface);
     return {};
 }
 

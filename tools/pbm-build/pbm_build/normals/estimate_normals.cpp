@@ -102,7 +102,7 @@ void report_outliers(const Surface &surface, const DistinctPoints &points, const
         note += "; --remove-outliers drops them";
     if (const double growth = growth_by(surface, points, outliers); surface.triangles.empty() && growth > 1.5)
         note += formatted(", which %s the grid %.3g times smaller", dropped ? "makes" : "would make", growth);
-    statistics.report("outliers", dropped ? Fate::dropped : Fate::kept, note);
+    statistics.report(dropped ? Warning::stray_points : Warning::kept_outliers, "outliers", note);
 }
 
 // Whether the box of all points is at least kStrayFactor times longer than that of all but a hundredth at each end of
@@ -142,7 +142,7 @@ Status drop_strays(Surface &surface, bool strict, int threads, BuildStatistics &
             formatted(", with which the grid would be %.3g times larger; --keep-outliers keeps them", growth);
         if (strict)
             return bad_input(note);
-        statistics.report("outliers", Fate::dropped, note);
+        statistics.report(Warning::stray_points, "outliers", note);
         drop_points(surface, points, outliers);
     }
     return {};
@@ -151,7 +151,7 @@ Status drop_strays(Surface &surface, bool strict, int threads, BuildStatistics &
 void report_repeated_points(const DistinctPoints &points, BuildStatistics &statistics) {
     const std::uint64_t all = points.place_of.size();
     if (2 * points.repeated >= all)
-        statistics.report("repeated points", Fate::converted,
+        statistics.report(Warning::repeated_points, "repeated points",
                           std::to_string(all) + " points lie in " + counted(all - points.repeated, "place") +
                               ", averaged");
 }
@@ -177,15 +177,15 @@ void report_normals(const PointRequest &request, std::size_t stations, const Ori
         note += std::string(stations > 0 ? ", others: " : "") + "orientation by spanning tree, " +
                 counted(orientation.pieces, "piece") +
                 formatted(", %.1f %% two-sided", 100 * static_cast<double>(two_sided) / static_cast<double>(estimated));
-    statistics.report("normals", Fate::estimated, note);
+    statistics.report(Warning::estimated_normals, "normals", note);
 }
 
 // Reports options without effect.
 void report_unused(const PointRequest &request, bool has_points, BuildStatistics &statistics) {
     if (request.outliers == Outliers::drop && !has_points)
-        statistics.report("--remove-outliers", Fate::dropped, "there are no points without faces");
+        statistics.report(Warning::idle_option, "--remove-outliers", "there are no points without faces");
     if (request.viewpoint)
-        statistics.report("--viewpoint", Fate::dropped, "no normal had to be estimated from points");
+        statistics.report(Warning::idle_option, "--viewpoint", "no normal had to be estimated from points");
 }
 
 } // namespace

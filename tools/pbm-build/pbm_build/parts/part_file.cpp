@@ -38,7 +38,8 @@ std::string head_of(const PartName &name, const Part &part) {
 std::string report_of(const BuildStatistics &statistics) {
     nlohmann::json attributes = nlohmann::json::array();
     for (const AttributeReport &line : statistics.attributes)
-        attributes.push_back({line.name, static_cast<int>(line.fate), line.note, line.input});
+        attributes.push_back(
+            {line.name, static_cast<int>(line.fate), line.note, line.input, static_cast<int>(line.warning)});
     return nlohmann::json{{"attributes", std::move(attributes)},   {"input_bytes", statistics.input_bytes},
                           {"vertices", statistics.vertices},       {"triangles", statistics.triangles},
                           {"made_points", statistics.made_points}, {"samples", statistics.samples}}
@@ -161,9 +162,11 @@ Status read_report(ByteView text, BuildStatistics &statistics) try {
     const nlohmann::json json = nlohmann::json::parse(text.begin(), text.end());
     for (const nlohmann::json &line : json.at("attributes")) {
         const int fate = line.at(1);
-        if (fate < 0 || fate > static_cast<int>(Fate::estimated))
+        const std::size_t warning = line.at(4);
+        if (fate < 0 || fate > static_cast<int>(Fate::estimated) || warning >= kWarnings.size())
             return damaged();
-        statistics.report(line.at(0), static_cast<Fate>(fate), line.at(2), line.at(3));
+        statistics.attributes.push_back(
+            {line.at(0), static_cast<Fate>(fate), line.at(2), line.at(3), static_cast<Warning>(warning)});
     }
     json.at("input_bytes").get_to(statistics.input_bytes);
     json.at("vertices").get_to(statistics.vertices);

@@ -44,6 +44,16 @@ std::string_view to_string(Fate fate) {
     return kNames[static_cast<std::size_t>(fate)];
 }
 
+Status refuse_denied(const BuildStatistics &statistics, const WarningSet &denied) {
+    for (const AttributeReport &line : statistics.attributes)
+        if (const Warning warning = warning_of(line); contains(denied, warning))
+            return bad_input((line.input.empty() ? "" : line.input + ": ") + "--deny " +
+                             std::string(entry_of(warning).name) + ": " + line.name + " " +
+                             std::string(to_string(line.fate)) + (line.note.empty() ? "" : " (" + line.note + ")") +
+                             "; mend the scan, or leave this --deny out");
+    return {};
+}
+
 std::string_view to_string(Outcome outcome) {
     constexpr std::array<std::string_view, 4> kNames{"written", "unchanged", "up to date", "from the cache"};
     return kNames[static_cast<std::size_t>(outcome)];
@@ -105,6 +115,8 @@ std::string to_json(const BuildStatistics &statistics, std::span<const std::stri
     json["attributes"] = nlohmann::ordered_json::array();
     for (const AttributeReport &line : statistics.attributes) {
         nlohmann::ordered_json entry{{"name", line.name}, {"fate", to_string(line.fate)}, {"note", line.note}};
+        if (const Warning warning = warning_of(line); warning != Warning::none)
+            entry["warning"] = entry_of(warning).name;
         if (!line.input.empty())
             entry["input"] = line.input;
         json["attributes"].push_back(std::move(entry));

@@ -44,6 +44,9 @@ struct BuildStatistics {
     void report(std::string name, Fate fate, std::string note, std::string input = {}) {
         attributes.push_back({std::move(name), fate, std::move(note), std::move(input)});
     }
+    void report(Warning warning, std::string name, std::string note, std::string input = {}) {
+        attributes.push_back(line_of(warning, std::move(name), std::move(note), std::move(input)));
+    }
     double bits_per_point() const;
     double ratio() const; // file to input
 };
@@ -79,6 +82,9 @@ class StepClock {
 
 std::string_view to_string(Fate fate);
 std::string_view to_string(Outcome outcome);
+
+// errors  bad_input  a line is of a kind in `denied`; the message names the input, where there are several
+Status refuse_denied(const BuildStatistics &statistics, const WarningSet &denied);
 
 // One JSON object, indented, with a final newline.
 std::string to_json(const BuildStatistics &statistics, std::span<const std::string> inputs, const std::string &output);

@@ -24,9 +24,9 @@ constexpr int kSoftBits = 4;
 void drop_colours(Surface &surface, BuildStatistics &statistics) {
     constexpr const char *kWhy = "--ignore-point-colours";
     if (!surface.colours.empty() || !surface.texture_ids.empty())
-        statistics.report("point colours", Fate::dropped, kWhy, surface.name);
+        statistics.report(Warning::replaced_attribute, "point colours", kWhy, surface.name);
     if (!surface.materials.empty())
-        statistics.report("materials", Fate::dropped, kWhy, surface.name);
+        statistics.report(Warning::replaced_attribute, "materials", kWhy, surface.name);
     surface.colours.clear();
     surface.textures.clear();
     surface.texture_ids.clear();
@@ -49,7 +49,7 @@ void replace_materials(Surface &surface, const std::vector<Material> &given, Bui
     surface.materials.resize(own);
     std::copy_n(given.begin(), std::min(own, given.size()), surface.materials.begin());
     if (given.size() > own)
-        statistics.report("materials", Fate::dropped,
+        statistics.report(Warning::idle_option, "materials",
                           "--material gives " + std::to_string(given.size()) + ", the input has " +
                               counted(own, "material"),
                           surface.name);
@@ -82,7 +82,7 @@ double distance_of(const Light &light, const ModelFrame &frame) {
 std::vector<LightRequest> lights_of(const SceneRequest &request, BuildStatistics &statistics) {
     if (!request.lights.empty() || (!request.shadows && !request.ground))
         return request.lights;
-    statistics.report("lights", Fate::estimated, "none are given: the two of viewers");
+    statistics.report(Warning::default_lights, "lights", "none are given: the two of viewers");
     return light_set(kDefaultLights);
 }
 

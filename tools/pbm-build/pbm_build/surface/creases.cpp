@@ -24,7 +24,7 @@ void choose_creases(Surface &surface, std::optional<double> requested, int threa
     if (requested) {
         surface.crease_angle = glm::radians(*requested);
         if (surface.triangles.empty() || declares_all_normals(surface))
-            statistics.report("--crease-angle", Fate::dropped,
+            statistics.report(Warning::idle_option, "--crease-angle",
                               surface.triangles.empty() ? "there are no faces" : "the file declares its normals",
                               surface.name);
         return;

@@ -421,8 +421,8 @@ class E57Reader {
             if (extension != "nor")
                 lines.push_back({"extension " + printable_in_quotes(extension), Fate::dropped, "not known to PBM"});
         if (pages_.trailing_bytes() > 0)
-            lines.push_back(
-                {"end of file", Fate::dropped, counted(pages_.trailing_bytes(), "byte") + " after the last page"});
+            lines.push_back(line_of(Warning::trailing_bytes, "end of file",
+                                    counted(pages_.trailing_bytes(), "byte") + " after the last page"));
     }
 
     E57Pages pages_;

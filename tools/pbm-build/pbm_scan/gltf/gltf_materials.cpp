@@ -51,7 +51,7 @@ std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use
                              : given.empty()                           ? "images[" + std::to_string(image) + "]"
                                                                        : given;
     const auto drop = [&](const std::string &why) {
-        drop_once(report_, "texture image " + printable_in_quotes(name), why);
+        drop_once(report_, "texture image " + printable_in_quotes(name), why, Warning::missing_image);
         return Surface::kNoTexture;
     };
     // The number makes the name unique.
@@ -77,7 +77,8 @@ void GltfMaterials::read_image(const Json &used, float least_opacity, GltfMateri
         drop_once(report_, "image of a material",
                   member(extensions, "KHR_texture_basisu") != nullptr
                       ? "KTX2 is not read; export it with PNG, JPEG or WebP"
-                      : "its texture names no image that is read here");
+                      : "its texture names no image that is read here",
+                  Warning::missing_image);
         return;
     }
     const Json *const sampler =

@@ -51,7 +51,7 @@ std::uint16_t TextureImages::add(Key key, ByteView bytes) {
 }
 
 std::uint16_t TextureImages::drop(const Key &key, const std::string &why) {
-    report_.push_back({line_name(key.first), Fate::dropped, why});
+    report_.push_back(line_of(Warning::missing_image, line_name(key.first), why));
     numbers_.emplace(key, Surface::kNoTexture);
     return Surface::kNoTexture;
 }

@@ -174,8 +174,8 @@ Result<Surface> read_las(std::span<const std::uint8_t> bytes, const ReadOptions 
                         measurements.keeps_intensity() ? "" : "the points have colours; --field intensity keeps it");
     measurements.report(*header, bits, surface);
     if (records->bytes_behind() != 0)
-        surface.report.push_back(
-            {"end of file", Fate::dropped, counted(records->bytes_behind(), "byte") + " behind the last point"});
+        surface.report.push_back(line_of(Warning::trailing_bytes, "end of file",
+                                         counted(records->bytes_behind(), "byte") + " behind the last point"));
     surface.crs = std::move(header->crs);
     return finished(std::move(surface), options);
 }

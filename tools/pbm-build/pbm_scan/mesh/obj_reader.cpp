@@ -82,7 +82,8 @@ MaterialFiles read_material_files(const std::vector<std::string> &files, const M
                 continue;
             const auto existing = find_beside(file, image);
             if (!existing)
-                drop_once(found.report, "texture image " + printable_in_quotes(image), "there is no such file");
+                drop_once(found.report, "texture image " + printable_in_quotes(image), "there is no such file",
+                          Warning::missing_image);
             image = existing.value_or("");
         }
     }

@@ -147,8 +147,9 @@ PlyOutcome finish_images(const ScanFile &file, const PlyHeader &header, const Pl
     std::vector<std::uint16_t> numbers;
     for (std::size_t i = 0; i < files.size(); ++i) {
         if (files[i].empty())
-            report.push_back({"texture image " + printable_in_quotes(header.texture_files[i]), Fate::dropped,
-                              "there is no such file"});
+            report.push_back(line_of(Warning::missing_image,
+                                     "texture image " + printable_in_quotes(header.texture_files[i]),
+                                     "there is no such file"));
         numbers.push_back(files[i].empty() ? Surface::kNoTexture : images.of_file(files[i], {}));
     }
     for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
@@ -345,9 +346,9 @@ Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
         outcomes->images = finish_images(file, *header, *body, surface);
     write_report(*header, *roles, *outcomes, surface);
     if (trailing != 0)
-        surface.report.push_back({"end of file", Fate::dropped,
-                                  std::to_string(trailing) + " bytes after the last element, at byte " +
-                                      std::to_string(bytes.size() - trailing)});
+        surface.report.push_back(line_of(Warning::trailing_bytes, "end of file",
+                                         std::to_string(trailing) + " bytes after the last element, at byte " +
+                                             std::to_string(bytes.size() - trailing)));
     else if (header->encoding == PlyEncoding::ascii && !ends_word(static_cast<char>(bytes.back())))
         report_open_end(surface.report);
     return finished(std::move(surface), options);

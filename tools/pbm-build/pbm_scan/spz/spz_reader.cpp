@@ -171,8 +171,8 @@ Result<Surface> read_spz(std::span<const std::uint8_t> bytes, const ReadOptions 
     surface.report.push_back({header->degree == 0 ? "scales, rotations" : "scales, rotations, spherical harmonics",
                               Fate::dropped, kSplatShapeNote});
     if (streams->bytes_behind != 0)
-        surface.report.push_back(
-            {"end of file", Fate::dropped, counted(streams->bytes_behind, "byte") + " behind the last splat"});
+        surface.report.push_back(line_of(Warning::trailing_bytes, "end of file",
+                                         counted(streams->bytes_behind, "byte") + " behind the last splat"));
     return finished(std::move(surface), options);
 }
 

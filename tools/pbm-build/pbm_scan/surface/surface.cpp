@@ -29,8 +29,9 @@ void drop_classes(Surface &surface, const std::bitset<256> &dropped) {
         return;
     const std::vector<FieldValue> classes = std::exchange(surface.field_values[kMaxFields], {});
     if (classes.empty()) {
-        surface.report.push_back({"--drop-class", Fate::dropped,
-                                  "the file has no measurement named classification or class: no point is left out"});
+        surface.report.push_back(
+            line_of(Warning::idle_option, "--drop-class",
+                    "the file has no measurement named classification or class: no point is left out"));
         return;
     }
     std::vector<std::uint8_t> is_gone(classes.size());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_format/model/model.h"
+#include "pbm_scan/surface/attribute_report.h"
 #include "pbm_scan/surface/refusal.h"
 #include "system/error.h"
 
@@ -23,16 +24,6 @@
 #include <vector>
 
 namespace pbm::build {
-
-// The fate of one attribute of the input file.
-enum class Fate : std::uint8_t { kept, converted, dropped, estimated };
-struct AttributeReport {
-    using Fate = build::Fate;
-    std::string name; // as the input names it, e.g. "vertex.confidence"
-    Fate fate = Fate::kept;
-    std::string note;    // its conversion, or the reason for its drop
-    std::string input{}; // which of several inputs; empty where there is only one
-};
 
 // How an image goes on beyond its edges.
 enum class Wrap : std::uint8_t { repeat, mirror, clamp };

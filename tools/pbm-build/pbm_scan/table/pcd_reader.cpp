@@ -333,7 +333,8 @@ Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions 
         surface.report.push_back({"VIEWPOINT", Fate::kept, "where the scanner stood"});
     complete_station_ids(surface);
     if (*trailing != 0)
-        surface.report.push_back({"end of file", Fate::dropped, counted(*trailing, "byte") + " behind the last point"});
+        surface.report.push_back(
+            line_of(Warning::trailing_bytes, "end of file", counted(*trailing, "byte") + " behind the last point"));
     if (open_end)
         report_open_end(surface.report);
     return finished(std::move(surface), options);

@@ -171,16 +171,17 @@ inline bool same_word(std::string_view word, std::string_view lower) {
                       [](char a, char b) { return lower_case(a) == b; });
 }
 
-inline void drop_once(std::vector<AttributeReport> &report, const std::string &name, std::string note) {
+inline void drop_once(std::vector<AttributeReport> &report, const std::string &name, std::string note,
+                      Warning warning = Warning::dropped_attribute) {
     const auto same = [&name](const AttributeReport &line) { return line.name == name; };
     if (std::none_of(report.begin(), report.end(), same))
-        report.push_back({name, Fate::dropped, std::move(note)});
+        report.push_back(line_of(warning, name, std::move(note)));
 }
 
 // A missing last line end may mean a truncated file, but many whole files have none.
 inline void report_open_end(std::vector<AttributeReport> &report) {
-    report.push_back({"end of file", Fate::kept,
-                      "the last line has no line end: if the file was cut, its last number may be wrong"});
+    report.push_back(line_of(Warning::open_end, "end of file",
+                             "the last line has no line end: if the file was cut, its last number may be wrong"));
 }
 
 } // namespace pbm::build

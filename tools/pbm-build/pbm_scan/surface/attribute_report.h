@@ -1,0 +1,114 @@
+// The report of a build: a line for each attribute of a scan, and the names of those lines that one may want to refuse.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bitset>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace pbm::build {
+
+// The fate of one attribute of the input file.
+enum class Fate : std::uint8_t { kept, converted, dropped, estimated };
+
+// Kinds of lines, and of what else goes wrong without ending a build. --deny and --allow take their names.
+enum class Warning : std::uint8_t {
+    none,
+    dropped_attribute,
+    idle_option,
+    loose_vertices,
+    missing_image,
+    replaced_attribute,
+    small_parts,
+    stray_points,
+    trailing_bytes,
+    unusable_geometry,
+    coordinate_steps,
+    default_up_axis,
+    inward_faces,
+    kept_outliers,
+    open_end,
+    coarser_grid,
+    far_coordinates,
+    repeated_points,
+    default_lights,
+    estimated_normals,
+    estimated_up_axis,
+    filled_holes,
+    finer_grid,
+    made_points,
+    cache_not_filled,
+};
+
+struct WarningEntry {
+    std::string_view name; // permanent
+    Fate fate;             // of its lines; those that are dropped are printed as warnings, all stand in the report
+    std::string_view help;
+    bool is_deniable = true; // false: it is found when the output is there
+};
+
+// In the order of Warning.
+inline constexpr std::array kWarnings = std::to_array<WarningEntry>({
+    {"", Fate::kept, ""},
+    {"dropped-attribute", Fate::dropped, "A model has no place for this part of the scan, or its values are unusable."},
+    {"idle-option", Fate::dropped, "An option found nothing to work on."},
+    {"loose-vertices", Fate::dropped, "Vertices of a mesh belong to no face."},
+    {"missing-image", Fate::dropped, "An image of the scan is not there, or cannot be read."},
+    {"replaced-attribute", Fate::dropped, "--ignore-point-colours leaves colours or materials of the scan out."},
+    {"small-parts", Fate::dropped, "--drop-parts leaves small parts of the mesh out."},
+    {"stray-points", Fate::dropped, "Points or faces lie far from all others."},
+    {"trailing-bytes", Fate::dropped, "There are bytes behind the end of the scan."},
+    {"unusable-geometry", Fate::dropped,
+     "Vertices have coordinates that are not finite, or corners of triangles coincide."},
+    {"coordinate-steps", Fate::kept, "The steps between coordinates of the scan are larger than a voxel."},
+    {"default-up-axis", Fate::kept, "Neither --up nor the shape of the scan says which axis points up: y is taken."},
+    {"inward-faces", Fate::kept, "The faces of a closed mesh point inwards."},
+    {"kept-outliers", Fate::kept, "Points or faces lie far from all others, and may belong to the scan."},
+    {"open-end", Fate::kept, "The last line of a text has no end: it may have been cut off."},
+    {"coarser-grid", Fate::converted, "The depth that fits the scan needs too much memory: a smaller one is taken."},
+    {"far-coordinates", Fate::converted, "The scan lies so far from its origin that voxels cannot be finer."},
+    {"repeated-points", Fate::converted, "Half of the points or more lie where others lie."},
+    {"default-lights", Fate::estimated, "Shadows or a ground plane need lights, and none are given."},
+    {"estimated-normals", Fate::estimated, "Points have no normals: their neighbours give them."},
+    {"estimated-up-axis", Fate::estimated, "--up does not say which axis points up: the shape of the scan decides."},
+    {"filled-holes", Fate::estimated, "--fill-holes made faces that the scan does not have."},
+    {"finer-grid", Fate::estimated, "Normals or images of the scan ask for a greater depth than its edges do."},
+    {"made-points", Fate::estimated, "--upsample made points that the scan does not have."},
+    {"cache-not-filled", Fate::kept, "The model is built, but could not be stored in the cache.", false},
+});
+static_assert(kWarnings.size() == static_cast<std::size_t>(Warning::cache_not_filled) + 1);
+
+using WarningSet = std::bitset<kWarnings.size()>;
+
+inline const WarningEntry &entry_of(Warning warning) { return kWarnings[static_cast<std::size_t>(warning)]; }
+inline bool contains(const WarningSet &set, Warning warning) { return set[static_cast<std::size_t>(warning)]; }
+
+// Warning::none if there is no such name.
+inline Warning find_warning(std::string_view name) {
+    const auto found =
+        std::find_if(kWarnings.begin(), kWarnings.end(), [&](const WarningEntry &entry) { return entry.name == name; });
+    return found == kWarnings.end() ? Warning::none : static_cast<Warning>(found - kWarnings.begin());
+}
+
+struct AttributeReport {
+    using Fate = build::Fate;
+    std::string name; // as the input names it, e.g. "vertex.confidence"
+    Fate fate = Fate::kept;
+    std::string note;                // its conversion, or the reason for its drop
+    std::string input{};             // which of several inputs; empty where there is only one
+    Warning warning = Warning::none; // see warning_of
+};
+
+// A line of this kind.
+inline AttributeReport line_of(Warning warning, std::string name, std::string note, std::string input = {}) {
+    return {std::move(name), entry_of(warning).fate, std::move(note), std::move(input), warning};
+}
+
+// The kind of a line: what is dropped without a kind of its own is a dropped attribute.
+inline Warning warning_of(const AttributeReport &line) {
+    return line.warning == Warning::none && line.fate == Fate::dropped ? Warning::dropped_attribute : line.warning;
+}
+
+} // namespace pbm::build
