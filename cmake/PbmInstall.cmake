@@ -1,4 +1,4 @@
-# find_package(pbm) for outside projects: pbm::format, pbm::bake, pbm::render, pbm::pbm-build and pbm_add_asset().
+# find_package(pbm) for outside projects: pbm::c, pbm::format, pbm::bake, pbm::render, pbm::pbm-build and pbm_add_asset().
 include(CMakePackageConfigHelpers)
 set(PBM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pbm)
 
@@ -19,6 +19,9 @@ foreach(name ${libraries})
     list(REMOVE_ITEM linked "$<LINK_ONLY:pbm_warnings>")
     set_target_properties(${library} PROPERTIES INTERFACE_LINK_LIBRARIES "${linked}")
 endforeach()
+if(PBM_BUILD_BINDINGS)
+    list(APPEND installed_libraries pbm_c) # shared: its dependencies are its own
+endif()
 install(TARGETS ${installed_libraries} EXPORT pbmTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})

@@ -55,6 +55,9 @@ function(pbm_compiled target)
     elseif(ARG_UNOPTIMISED)
         target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1> -Wno-maybe-uninitialized)
     endif()
+    if(PBM_BUILD_BINDINGS) # libpbm.so is made of these objects too
+        target_compile_options(${target} PRIVATE -fPIC -fvisibility=hidden -fvisibility-inlines-hidden)
+    endif()
     set_target_properties(${target} PROPERTIES UNITY_BUILD ${PBM_UNITY})
     # The fuzzers' libraries have flags of their own.
     if(PBM_UNITY AND NOT PBM_BUILD_FUZZERS AND NOT (PBM_SANITIZE AND ARG_UNOPTIMISED))

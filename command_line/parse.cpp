@@ -255,6 +255,14 @@ CLI::Option *add_target(CLI::App &app, const Option &option) {
         option.target);
 }
 
+// The option of that name, which was declared before. (App::get_option ends the process where memory runs out.)
+CLI::Option *declared_option(CLI::App &app, const std::string &name) {
+    for (CLI::Option *option : app.get_options())
+        if (option->check_name(name))
+            return option;
+    throw CLI::OptionNotFound(name);
+}
+
 // `app` keeps references to `option`.
 void declare(CLI::App &app, const Option &option) {
     const OptionRules &rules = option.rules;
@@ -271,9 +279,9 @@ void declare(CLI::App &app, const Option &option) {
     if (rules.shows_default)
         declared->capture_default_str();
     for (const std::string &other : rules.excludes)
-        declared->excludes(app.get_option(other));
+        declared->excludes(declared_option(app, other));
     if (!rules.needs.empty())
-        declared->needs(app.get_option(rules.needs));
+        declared->needs(declared_option(app, rules.needs));
 }
 
 std::string topic_of(const CLI::Option &option) {
@@ -395,6 +403,58 @@ std::string unusable_name(const CLI::App &app, const std::string &log) {
     return log == "-" ? "--log: standard output is no log; name a file" : "";
 }
 
+// Parses words in reverse order. Returns what is wrong with them, or "". Throws CLI::Success and Refusal.
+template <class Help> std::string parse_reversed(CLI::App &app, std::vector<std::string> words, const Help &help) {
+    try {
+        app.parse(std::move(words));
+        return {};
+    } catch (const CLI::Success &) {
+        throw;
+    } catch (const CLI::ArgumentMismatch &error) {
+        return wrong_count(error);
+    } catch (const CLI::ExtrasError &) {
+        const std::string unknown = unknown_option(app, help());
+        return !unknown.empty() ? unknown
+                                : app.remaining().front() + " is one name too many" +
+                                      (app.get_option_no_throw("--output") != nullptr ? "; -o names the output" : "");
+    } catch (const CLI::ParseError &error) {
+        const std::string unknown = unknown_option(app, help());
+        return unknown.empty() ? error.what() : unknown;
+    }
+}
+
+bool is_flag(const Option &option) {
+    return std::holds_alternative<bool *>(option.target) ||
+           std::holds_alternative<std::function<void()>>(option.target);
+}
+
+// The long names of an option, without dashes.
+std::vector<std::string> long_names(const Option &option) {
+    std::vector<std::string> names;
+    for (const std::string &name : CLI::detail::split(option.names, ','))
+        if (name.starts_with("--"))
+            names.push_back(name.substr(2));
+    return names;
+}
+
+const Option *find_option(const CommandLine &line, const std::string &name) {
+    const auto found = std::find_if(line.options.begin(), line.options.end(), [&](const Option &option) {
+        const std::vector<std::string> names = long_names(option);
+        return std::find(names.begin(), names.end(), name) != names.end();
+    });
+    return found == line.options.end() ? nullptr : &*found;
+}
+
+Error unknown_name(const CommandLine &line, const std::string &name) {
+    std::vector<std::string> known;
+    for (const Option &option : line.options)
+        for (std::string &other : long_names(option))
+            known.push_back(std::move(other));
+    const std::string nearest = nearest_word(name, known);
+    return {ErrorCode::usage, 0,
+            "there is no option '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?")};
+}
+
 int print_help(const ProgramHelp &help, const std::string &topic) {
     const auto page = help_page(help, topic);
     if (!page)
@@ -470,21 +530,11 @@ std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<con
     std::optional<Refusal> refusal;
     std::string problem;
     try {
-        app.parse(std::move(given).value());
+        problem = parse_reversed(app, std::move(given).value(), help);
     } catch (const CLI::Success &done) {
         return app.exit(done);
     } catch (const Refusal &thrown) {
         refusal = thrown;
-    } catch (const CLI::ArgumentMismatch &error) {
-        problem = wrong_count(error);
-    } catch (const CLI::ExtrasError &) {
-        problem = unknown_option(app, help());
-        if (problem.empty())
-            problem = app.remaining().front() + " is one name too many" +
-                      (app.get_option_no_throw("--output") != nullptr ? "; -o names the output" : "");
-    } catch (const CLI::ParseError &error) {
-        const std::string unknown = unknown_option(app, help());
-        problem = unknown.empty() ? error.what() : unknown;
     }
     if (asked)
         return print_help(help(), "");
@@ -503,6 +553,46 @@ std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<con
             work_on(first_result(option));
     line.given = given_values(app);
     return std::nullopt;
+}
+
+Result<std::vector<std::string>> words_of(const CommandLine &line, std::span<const NamedValue> options) {
+    std::vector<std::string> words;
+    for (const NamedValue &given : options) {
+        const Option *const option = find_option(line, given.name);
+        if (option == nullptr)
+            return unknown_name(line, given.name);
+        if (!is_flag(*option)) {
+            words.push_back("--" + given.name + (given.value ? "=" + *given.value : ""));
+            continue;
+        }
+        if (given.value && *given.value != "true" && *given.value != "false")
+            return Error{ErrorCode::usage, 0, "'" + given.name + "' is true or false"};
+        if (given.value != "false")
+            words.push_back("--" + given.name);
+    }
+    return words;
+}
+
+Status parse_words(CommandLine &line, std::vector<std::string> words) {
+    CLI::App app{line.description, line.program};
+    for (const Option &option : line.options)
+        declare(app, option);
+    app.set_help_flag();
+    std::reverse(words.begin(), words.end());
+    try {
+        std::string problem =
+            parse_reversed(app, std::move(words), [&] { return describe(app, line.program, {}, {}); });
+        if (problem.empty())
+            problem = unusable_name(app, "");
+        if (!problem.empty())
+            return Error{ErrorCode::usage, 0, problem};
+    } catch (const CLI::Success &) {
+        return Error{ErrorCode::usage, 0, "help and version are of programs"};
+    } catch (const Refusal &refusal) {
+        return Error{refusal.error.code, refusal.error.offset, refusal.path + ": " + refusal.error.message};
+    }
+    line.given = given_values(app);
+    return {};
 }
 
 } // namespace pbm::command_line

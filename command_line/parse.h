@@ -97,6 +97,22 @@ struct CommandLine {
 std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<const OldSwitch> switches = {},
                          const Manual &manual = {});
 
+// For libraries, which have no command line: an option by its long name without dashes. Prints nothing, and knows
+// neither
+// --help nor --log.
+struct NamedValue {
+    std::string name;                 // "depth"
+    std::optional<std::string> value; // absent or "true" for flags; "false" leaves a flag out
+};
+// The words that give these options, "--depth=9".
+//
+// errors  usage  an option that `line` has not, or a flag with another value
+Result<std::vector<std::string>> words_of(const CommandLine &line, std::span<const NamedValue> options);
+// Parses words without the program's name.
+//
+// errors  usage, and those of a file of settings; the message names the file
+Status parse_words(CommandLine &line, std::vector<std::string> words);
+
 // A target that stores read(text), a const std::string & to a Result, and a check that read(text) succeeds.
 template <class Read, class T> std::function<Status(const std::string &)> stored(Read read, T &target) {
     return [read, &target](const std::string &text) -> Status {

@@ -19,6 +19,7 @@ all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     git meson pre-commit bazel-bootstrap
     valgrind zstd make mandoc groff-base draco lib32stdc++-12-dev libc6-dev-i386
     xvfb xdotool imagemagick libgl1-mesa-dri
+    abigail-tools python3-numpy python3-build python3-venv python3-setuptools python3-wheel patchelf
     clang libclang-rt-14-dev clang-tidy clang-format)
 peers=("${all[@]}" f3d libcgal-dev)
 

@@ -15,7 +15,7 @@ step packages
 scripts/install_packages.sh all
 
 # All that is tested, and what is installed. Programs of bench/ are measured by people; lint sees that they compile.
-targets=(man {system,format_spec,command_line,runtime,tools,data,tests}/all)
+targets=(man {system,format_spec,command_line,runtime,tools,data,bindings,tests}/all)
 
 failed=()
 for preset in release asan; do

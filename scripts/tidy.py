@@ -18,7 +18,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-FOLDERS = ("system", "format_spec", "command_line", "runtime", "tools", "data", "tests", "bench", "examples")
+FOLDERS = ("system", "format_spec", "command_line", "runtime", "tools", "data", "bindings", "tests", "bench", "examples")
 TOGETHER = 72
 HEADERS = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.h"))
 SPARED = {"bench/programs/cgal_peer.cpp"}  # CGAL's headers take as long as all of pbm_format

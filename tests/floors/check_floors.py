@@ -32,6 +32,7 @@ FLOORS = {
     "tools/pbm-info": {"system", "pbm_format", "command_line"},
     "tools/pbm-export": {"system", "pbm_format", "command_line"},
     "data/pbm-sample": {"system", "command_line"},
+    "bindings/c": {"system", "pbm_format", "pbm_render", "pbm_scan", "pbm_build", "pbm-build"},
 }
 
 # Rooms of a floor, lowest first; rooms on one line do not include each other. "." stands for the files of the floor's own
@@ -63,7 +64,8 @@ HOMES = {
     r"zlib\.h": r"tools/pbm-build/pbm_scan/packing/compressed\.cpp",
     r"xxh.*\.h": r"format_spec/pbm_format/hashes/(hash(_avx2|_avx512)?|unordered_hash)\.cpp",
     r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|command_line/json_report\.cpp|tools/.*\.cpp|tools/pbm-build/pbm_scan/gltf/gltf_json\.h|runtime/viewer/.*\.cpp",
-    r"glm/.*": r"(runtime|tools|data)/.*",
+    r"glm/.*": r"(runtime|tools|data|bindings)/.*",
+    r"std(def|int)\.h": r"bindings/c/pbm\.h",
     # In the builder only what runs once per sample or point: vectors elsewhere are the compiler's.
     r"hwy/.*": (
         r"(system/simd|format_spec/pbm_format|runtime/pbm_(surface|bake|render))/.*\.(cpp|h)"
@@ -109,6 +111,7 @@ CMAKE = {
     "runtime": r"pbm[_:]+(build|scan|sample)\b|OpenMesh|embree",
     "tools": r"pbm[_:]+render\b|glfw|embree",
     "data": r"pbm[_:]+(render|build|scan)\b",
+    "bindings": r"pbm[_:]+paged_heap\b|glfw|embree",
 }
 
 
@@ -186,7 +189,7 @@ def check_links(program, libraries):
 
 def all_includes(source):
     found, files, shown = [], 0, {}
-    for top in ("system", "format_spec", "command_line", "runtime", "tools", "data"):
+    for top in ("system", "format_spec", "command_line", "runtime", "tools", "data", "bindings"):
         for file in sorted((source / top).rglob("*")):
             path = file.relative_to(source).as_posix()
             if file.suffix in (".h", ".cpp"):
@@ -270,6 +273,8 @@ def self_test():
         ("tools/pbm-build/options.cpp", "#include <toml++/toml.h>"),
         ("runtime/viewer/pbm-render/main.cpp", "#include <CLI/CLI.hpp>"),
         ("runtime/viewer/scene/painter.cpp", "#include <thread>"),
+        ("bindings/c/drawing.cpp", '#include "viewer/scene/painter.h"'),
+        ("runtime/pbm_render/camera/camera.cpp", '#include "c/boundary.h"'),
         ("elsewhere/main.cpp", "#include <vector>"),
     ]
     good_includes = [
@@ -293,6 +298,7 @@ def self_test():
         ("tools/pbm-build/CMakeLists.txt", "target_link_libraries(pbm_build PUBLIC pbm::render)"),
         ("runtime/viewer/CMakeLists.txt", "target_link_libraries(pbm-render PRIVATE pbm_build)"),
         ("format_spec/CMakeLists.txt", "find_package(OpenMesh)"),
+        ("bindings/c/CMakeLists.txt", "target_link_libraries(pbm_c PRIVATE pbm_paged_heap)"),
         ("data/pbm-sample/CMakeLists.txt", "target_link_libraries(pbm_sample PUBLIC pbm_render)"),
     ]
     bad_folders = [("runtime/pbm_render/splats", MOST_FILES + 1)]

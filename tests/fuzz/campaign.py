@@ -38,6 +38,7 @@ TARGETS = {
     "ptx": (512, [HERE.parent / "odd" / "files"]),
     "chunk": (256, []),
     "unfilter": (256, []),
+    "c_api": (8192, [VECTORS / "valid", VECTORS / "invalid"]),
     "damage": (64, []),
     "validator": (8192, [VECTORS / "valid", VECTORS / "invalid"]),
     "reader": (8192, [VECTORS / "valid", VECTORS / "invalid"]),

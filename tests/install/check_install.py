@@ -104,6 +104,21 @@ passes = run(outside / "build" / "draw_by_ranges", fine).splitlines()
 fetched, size = (int(number) for number in passes[-1].split()[2:5:2])
 check(len(passes) > 1 and fetched < size, f"draw_by_ranges fetched {fetched} of {size} bytes in {len(passes)} passes")
 
+if (prefix / "include/pbm/pbm.h").exists(): # the same in C: by CMake, by pkg-config, and linked statically
+    c, drawn_in_c = outside / "c", []
+    packages = next(prefix.rglob("pbm.pc")).parent
+    environment = {**os.environ, "PKG_CONFIG_PATH": str(packages), "LD_LIBRARY_PATH": str(packages.parent)}
+    run(arguments.cmake, "-S", c, "-B", c / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}")
+    run(arguments.cmake, "--build", c / "build")
+    run("make", "-C", c, env=environment)
+    words = run("pkg-config", "--cflags", "--libs", "--static", "pbm", env=environment).replace("-lpbm", "-l:libpbm.a").split()
+    run("cc", "-std=c99", c / "draw_model.c", "-o", c / "draw_statically", *words)
+    for program in (c / "build" / "draw_model", c / "draw_model", c / "draw_statically"):
+        run(program, model, picture, env=environment)
+        drawn_in_c.append(picture.read_bytes())
+    check(len(set(drawn_in_c)) == 1 and len(drawn_in_c[0]) > 640 * 480 * 3, "the pictures of draw_model differ")
+    check("libpbm" not in run("ldd", c / "draw_statically"), "draw_statically needs libpbm.so")
+
 lit = work / "lit.pbvg"
 run(outside / "build" / "bake_sun", model, lit)
 run(prefix / "bin" / "pbm-validate", lit)

@@ -110,7 +110,7 @@ void print_warnings(bool as_markdown) {
                       << '\n';
 }
 
-// Handles --list-warnings, which needs no input, and takes --deny and --allow.
+// Handles --list-warnings, which needs no input, and takes --allow.
 std::optional<int> take_warnings(std::string_view program, Arguments &arguments) {
     if (!arguments.list_warnings.empty()) {
         if (arguments.list_warnings != "text" && arguments.list_warnings != "markdown")
@@ -118,7 +118,6 @@ std::optional<int> take_warnings(std::string_view program, Arguments &arguments)
         print_warnings(arguments.list_warnings == "markdown");
         return 0;
     }
-    arguments.build.denied = warnings_named(arguments.deny);
     arguments.allowed = warnings_named(arguments.allow);
     for (const std::string &word : arguments.allow)
         if (contains(arguments.build.denied, find_warning(word)))
@@ -291,7 +290,6 @@ void describe_request(const CommandLine &line, Arguments &arguments) {
 void add_input_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
     line.topic = "Input";
-    line.add("INPUT", "Scans, merged if several; - for standard input", &arguments.inputs);
     add_choice<Unit>(line, "--unit", options.grid.unit,
                      {{"unknown", Unit::unknown},
                       {"m", Unit::metre},
@@ -333,6 +331,8 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
              &options.upsample, {.check = command_line::Integers{kMinGap, kMaxGap}});
     line.add("--strict", "Refuse the input if anything of it would be dropped", &options.strict,
              {.excludes = {"--remove-outliers"}});
+    line.add("--deny", "Refuse scans whose report has lines of these names; --list-warnings", &arguments.deny,
+             {.type = "NAME,..", .check = undeniable_warning, .separator = ','});
 }
 
 void add_field_options(CommandLine &line, Arguments &arguments) {
@@ -384,7 +384,6 @@ void add_grid_options(CommandLine &line, Arguments &arguments) {
 void add_output_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
     line.topic = "Output";
-    line.add("-o,--output", "File to write, - for stdout; default: INPUT.pbvg", &arguments.output, {.type = "FILE"});
     line.add("-z,--compression-level", "zstd level 1..19", &options.compression_level,
              {.check = command_line::Integers{1, 19}, .shows_default = true});
     add_choice<Storage>(line, "--store", options.storage, {{"packed", Storage::packed}, {"mapped", Storage::mapped}},
@@ -398,10 +397,13 @@ void add_output_options(CommandLine &line, Arguments &arguments) {
     line.add("--credit", "Whom to credit, kept in the file", &credits.credit);
 }
 
-void add_build_system_options(CommandLine &line, Arguments &arguments) {
+void add_recipe(CommandLine &line) {
     line.topic = "Build systems";
     line.add("--recipe", "Options from a TOML file; the command line wins", command_line::SettingsFile{read_recipe},
              {.type = "FILE"});
+}
+
+void add_build_system_options(CommandLine &line, Arguments &arguments) {
     line.add("--allow-outside", "Let the recipe name outputs, JSON and log outside its folder",
              &arguments.allow_outside, {.is_setting = false, .needs = "--recipe"});
     line.add("--if-changed",
@@ -494,14 +496,43 @@ void add_general_options(CommandLine &line, Arguments &arguments) {
     command_line::add_quiet(line, arguments.verbosity);
     line.add("--warnings", "Say nothing but errors and what was dropped",
              [&arguments] { arguments.verbosity = command_line::Verbosity::warnings; }, {.excludes = {"--quiet"}});
-    line.add("--deny", "Refuse scans whose report has lines of these names", &arguments.deny,
-             {.type = "NAME,..", .check = undeniable_warning, .separator = ','});
-    line.add("--allow", "Leave such lines out of report, warnings and log", &arguments.allow,
+    line.add("--allow", "Leave lines of these names out of report, warnings and log", &arguments.allow,
              {.type = "NAME,..", .check = unknown_warning, .separator = ','});
-    line.add("--list-warnings", "Names for both; --list-warnings=markdown", &arguments.list_warnings,
+    line.add("--list-warnings", "Names for --deny and --allow; --list-warnings=markdown", &arguments.list_warnings,
              {.alone = "text", .is_setting = false});
     command_line::add_verbose(line, arguments.verbosity, "Name every step");
     line.add_version(PBM_VERSION);
+}
+
+// The options that decide what is in the model. A program adds its input and its output.
+void add_model_options(CommandLine &line, Arguments &arguments, SceneArguments &scene) {
+    add_input_options(line, arguments);
+    add_field_options(line, arguments);
+    add_mesh_options(line, arguments);
+    add_grid_options(line, arguments);
+    add_scene_options(line, scene);
+}
+
+// Takes what needs several of these options; `line` has been parsed.
+Status take_model_values(const CommandLine &line, const SceneArguments &scene, Arguments &arguments) {
+    Result<SceneRequest> request = scene_request(line, scene);
+    if (!request)
+        return request.error();
+    arguments.build.scene = std::move(*request);
+    if (arguments.fields.size() > kMaxFields)
+        return usage("--field is given " + std::to_string(arguments.fields.size()) +
+                     " times; a model keeps at most 8 fields");
+    for (const std::string &text : arguments.fields) {
+        FieldRequest field = *parse_field(text);
+        for (const FieldRequest &other : arguments.build.fields)
+            if (other.name == field.name)
+                return usage("--field " + field.name + " is given twice");
+        arguments.build.fields.push_back(std::move(field));
+    }
+    for (const std::string &text : arguments.viewpoints)
+        arguments.build.viewpoints.push_back(*three_numbers(text));
+    arguments.build.denied = warnings_named(arguments.deny);
+    return {};
 }
 
 } // namespace
@@ -517,13 +548,14 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
             "In a recipe every long option is a key without its dashes (depth = 9), INPUT is input, lights "
             "and materials may be tables ([[light]]), and names of files are relative to the recipe's folder. "
             "The command line wins over the recipe."};
-    add_input_options(line, arguments);
-    add_field_options(line, arguments);
-    add_mesh_options(line, arguments);
-    add_grid_options(line, arguments);
+    line.topic = "Input";
+    line.add("INPUT", "Scans, merged if several; - for standard input", &arguments.inputs);
     SceneArguments scene;
-    add_scene_options(line, scene);
+    add_model_options(line, arguments, scene);
+    line.topic = "Output";
+    line.add("-o,--output", "File to write, - for stdout; default: INPUT.pbvg", &arguments.output, {.type = "FILE"});
     add_output_options(line, arguments);
+    add_recipe(line);
     add_build_system_options(line, arguments);
     add_batch_options(line, arguments);
     add_general_options(line, arguments);
@@ -539,7 +571,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
                      {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.pbvg",
                       "As build systems call it."}},
         .logs_steps = true};
-    std::vector<std::string> words = with_optional_values(argc, argv);
+    std::vector<std::string> words = with_optional_values({argv, argv + argc});
     std::vector<char *> pointers;
     pointers.reserve(words.size());
     for (std::string &word : words)
@@ -547,24 +579,10 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     if (const auto done =
             command_line::parse(line, static_cast<int>(pointers.size()), pointers.data(), kSwitches, manual))
         return done;
+    if (const Status taken = take_model_values(line, scene, arguments); !taken)
+        return command_line::fail_usage(program, taken.error().message);
     if (const auto done = take_warnings(program, arguments))
         return done;
-    Result<SceneRequest> request = scene_request(line, scene);
-    if (!request)
-        return command_line::fail_usage(program, request.error().message);
-    arguments.build.scene = std::move(*request);
-    if (arguments.fields.size() > kMaxFields)
-        return command_line::fail_usage(program, "--field is given " + std::to_string(arguments.fields.size()) +
-                                                     " times; a model keeps at most 8 fields");
-    for (const std::string &text : arguments.fields) {
-        FieldRequest field = *parse_field(text);
-        for (const FieldRequest &other : arguments.build.fields)
-            if (other.name == field.name)
-                return command_line::fail_usage(program, "--field " + field.name + " is given twice");
-        arguments.build.fields.push_back(std::move(field));
-    }
-    for (const std::string &text : arguments.viewpoints)
-        arguments.build.viewpoints.push_back(*three_numbers(text));
     const bool is_batch = !arguments.batch.empty();
     if (const auto refused = is_batch ? take_batch(line, arguments) : check_inputs(program, arguments))
         return refused;
@@ -576,6 +594,30 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     if (const auto refused = name_output(line, arguments))
         return refused;
     return check_parts(line, arguments);
+}
+
+Result<BuildOptions> read_options(std::span<const OptionValue> given) {
+    Arguments arguments;
+    SceneArguments scene;
+    CommandLine line{"pbm-build", "Options of a build"};
+    add_model_options(line, arguments, scene);
+    add_output_options(line, arguments);
+    add_recipe(line);
+    command_line::add_threads(line, arguments.build.threads);
+    Result<std::vector<std::string>> words = command_line::words_of(line, given);
+    if (!words)
+        return words.error();
+    if (Status parsed = command_line::parse_words(line, with_optional_values(*words)); !parsed)
+        return parsed.error();
+    if (Status taken = take_model_values(line, scene, arguments); !taken)
+        return taken.error();
+    if (!arguments.grid_like.empty()) {
+        Result<Grid> grid = read_grid(arguments.grid_like);
+        if (!grid)
+            return Error{grid.error().code, grid.error().offset, arguments.grid_like + ": " + grid.error().message};
+        arguments.build.grid.like = *grid;
+    }
+    return std::move(arguments.build);
 }
 
 } // namespace pbm::build

@@ -1,10 +1,12 @@
 // The command line of pbm-build.
 #pragma once
 
+#include "command_line/parse.h"
 #include "command_line/progress_display.h"
 #include "pbm_build/pipeline.h"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -51,5 +53,12 @@ struct Arguments {
 
 // Fills `arguments`, or returns the exit code after --help, --version or an error.
 std::optional<int> parse(std::string_view program, int argc, char **argv, Arguments &arguments);
+
+// For libraries: the options that decide what is in a model, by their long names without dashes; a recipe of them; and
+// "threads".
+using OptionValue = command_line::NamedValue;
+
+// errors  usage; those of read_recipe and read_grid
+Result<BuildOptions> read_options(std::span<const OptionValue> given);
 
 } // namespace pbm::build

@@ -169,8 +169,7 @@ constexpr std::array<OptionalValue, 4> kOptionalValues{{{"--texture", "--texture
 
 } // namespace
 
-std::vector<std::string> with_optional_values(int argc, char **argv) {
-    const std::vector<std::string> words(argv, argv + argc);
+std::vector<std::string> with_optional_values(const std::vector<std::string> &words) {
     const auto names = std::find(words.begin(), words.end(), "--"); // names of files follow
     const auto has = [&](std::string_view begin) {
         return std::any_of(words.begin(), names, [&](const std::string &word) { return word.starts_with(begin); });

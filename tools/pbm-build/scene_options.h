@@ -25,7 +25,7 @@ struct SceneArguments {
 // Joins options with an optional value (--texture, --ground, -TEXTURE, -BACKGROUND) and the next word, if that is a
 // kind of texture or the name of an image (by its extension); otherwise adds their default value. -BACKGROUND becomes a
 // panorama and a ground plane, as in the dissertation's program; with -TEXTURE a wooden one.
-std::vector<std::string> with_optional_values(int argc, char **argv);
+std::vector<std::string> with_optional_values(const std::vector<std::string> &words);
 
 // Adds three topics of help. `arguments` must outlive the parsing.
 void add_scene_options(command_line::CommandLine &line, SceneArguments &arguments);

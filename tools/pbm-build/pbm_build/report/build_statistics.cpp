@@ -17,6 +17,9 @@ double BuildStatistics::ratio() const {
 }
 
 StepClock::Step::Step(StepClock &of, std::string_view step) : clock(of), name(step) {
+    auto &steps = clock.statistics_.steps;
+    if (std::none_of(steps.begin(), steps.end(), [&](const StepStatistics &s) { return s.name == name; }))
+        steps.push_back({name, 0, 0}); // here, where running out of memory may throw
     if (clock.progress_)
         clock.progress_(name, 0);
 }
@@ -24,9 +27,7 @@ StepClock::Step::Step(StepClock &of, std::string_view step) : clock(of), name(st
 StepClock::Step::~Step() {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     auto &steps = clock.statistics_.steps;
-    auto step = std::find_if(steps.begin(), steps.end(), [&](const StepStatistics &s) { return s.name == name; });
-    if (step == steps.end())
-        step = steps.insert(step, {name, 0, 0});
+    const auto step = std::find_if(steps.begin(), steps.end(), [&](const StepStatistics &s) { return s.name == name; });
     step->seconds += seconds.count();
     step->peak_memory = peak_memory();
     if (clock.progress_)

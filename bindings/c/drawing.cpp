@@ -1,0 +1,325 @@
+#include "drawing.h"
+
+#include "pbm_format/reading/images.h"
+#include "pbm_render/camera/framing.h"
+#include "pbm_render/shading/depth_cue.h"
+#include "system/threads/parallel.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pbm::c_api {
+namespace {
+
+// Rounds of fetching for one picture: each brings at least one finer level of chunks or tiles.
+constexpr int kMaxRounds = 64;
+
+glm::dvec3 vector_of(const double (&values)[3]) { return {values[0], values[1], values[2]}; }
+
+void copy_to(double (&to)[3], const glm::dvec3 &from) {
+    for (int axis = 0; axis < 3; ++axis)
+        to[axis] = from[axis];
+}
+
+Status check_size(std::int32_t width, std::int32_t height) {
+    if (width >= 1 && width <= kMaxPictureEdge && height >= 1 && height <= kMaxPictureEdge)
+        return {};
+    return usage("a picture of " + std::to_string(width) + " x " + std::to_string(height) + " pixels; each is 1 .. " +
+                 std::to_string(kMaxPictureEdge));
+}
+
+bool is_finite(const glm::dvec3 &v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+Result<Camera> camera_of(const pbm_camera &from) {
+    Camera camera{.position = vector_of(from.position),
+                  .focal_point = vector_of(from.focal_point),
+                  .up = vector_of(from.up),
+                  .view_angle = from.view_angle == 0 ? kDefaultViewAngle : from.view_angle,
+                  .orthographic = from.orthographic != 0};
+    if ((from.clip & ~static_cast<std::uint32_t>(PBM_CLIP_PLANE | PBM_CLIP_BOX)) != 0)
+        return usage("camera.clip has unknown bits");
+    if ((from.clip & PBM_CLIP_PLANE) != 0) {
+        camera.clip.plane = {vector_of(from.plane_point), vector_of(from.plane_normal)};
+        if (!is_finite(camera.clip.plane->point) || !is_finite(camera.clip.plane->normal))
+            return usage("the camera's plane is not finite");
+    }
+    if ((from.clip & PBM_CLIP_BOX) != 0) {
+        camera.clip.box = {vector_of(from.box_lowest), vector_of(from.box_highest)};
+        if (!is_finite(camera.clip.box->least) || !is_finite(camera.clip.box->most))
+            return usage("the camera's box is not finite");
+    }
+    if (!is_usable(camera))
+        return usage("the camera sees nothing: its position is its focal point, `up` lies along the line of sight, a "
+                     "value is not finite, the angle is not above 0 and below pi, or the normal of its plane is zero");
+    return camera;
+}
+
+// What the options ask for; `request` has a camera and a size.
+Status take_options(const pbm_render_options &options, Drawing::Request &request) {
+    constexpr std::int32_t kMaxSamples = 256;
+    constexpr std::uint32_t kFlags = PBM_BACKGROUND | PBM_NO_TEXTURE | PBM_NO_COLOURS | PBM_NO_SHADOWS | PBM_NO_GROUND |
+                                     PBM_NO_PANORAMA | PBM_NO_REFLECTIONS;
+    if (options.quality != PBM_FAST && options.quality != PBM_FINE)
+        return usage("options.quality is " + std::to_string(options.quality) + ", neither PBM_FAST nor PBM_FINE");
+    if (options.samples < 0 || options.samples > kMaxSamples)
+        return usage("options.samples is " + std::to_string(options.samples) + ", not 1 .. 256");
+    if (options.depth_cue < PBM_NO_CUE || options.depth_cue > PBM_AMBIENT_OCCLUSION)
+        return usage("options.depth_cue is " + std::to_string(options.depth_cue) + ", which is none");
+    if ((options.flags & ~kFlags) != 0)
+        return usage("options.flags has unknown bits");
+    if (options.finest_level < 0 || options.finest_level > kMaxDepth)
+        return usage("options.finest_level is " + std::to_string(options.finest_level) + ", not 1 .. 16");
+    if (!(options.max_error >= 0 && std::isfinite(options.max_error)))
+        return usage("options.max_error is no positive number of pixels");
+    request.fine = options.quality == PBM_FINE;
+    request.samples = options.samples == 0 ? kDefaultSamples : options.samples;
+    request.depth_cue = options.depth_cue;
+    if (options.finest_level > 0)
+        request.view.finest = options.finest_level;
+    if (options.max_error > 0)
+        request.view.max_error = options.max_error;
+    const auto leaves = [&](std::uint32_t flag) { return (options.flags & flag) != 0; };
+    RenderOptions &render = request.render;
+    if (leaves(PBM_BACKGROUND))
+        std::copy_n(options.background, render.background.size(), render.background.begin());
+    render.texture = !leaves(PBM_NO_TEXTURE);
+    render.point_colours = !leaves(PBM_NO_COLOURS);
+    render.shadows = !leaves(PBM_NO_SHADOWS);
+    render.ground = !leaves(PBM_NO_GROUND);
+    render.panorama = !leaves(PBM_NO_PANORAMA);
+    render.reflections = !leaves(PBM_NO_REFLECTIONS);
+    return {};
+}
+
+// Whether an array of `count` elements holds `rows` rows of `width`, each `stride` behind the one before.
+Status check_rows(const char *name, std::size_t count, std::size_t width, std::size_t stride, std::size_t rows) {
+    if (stride < width)
+        return usage(std::string(name) + ": a stride of " + std::to_string(stride) + " is shorter than a row, " +
+                     std::to_string(width));
+    if (stride <= std::numeric_limits<std::size_t>::max() / rows && count >= stride * (rows - 1) + width)
+        return {};
+    return usage(std::string(name) + " is too short for the picture: it has " + std::to_string(count) +
+                 " elements, and " + std::to_string(rows) + " rows of " + std::to_string(width) + " with a stride of " +
+                 std::to_string(stride) + " are to lie there");
+}
+
+// Fills in the defaults of the strides.
+Status check_picture(pbm_picture &picture) {
+    if (Status sized = check_size(picture.width, picture.height); !sized)
+        return sized;
+    if (picture.pixels == nullptr && picture.depths == nullptr)
+        return usage("picture.pixels is null");
+    const auto width = static_cast<std::size_t>(picture.width), height = static_cast<std::size_t>(picture.height);
+    constexpr std::size_t kPixelBytes = 4;
+    picture.stride = picture.stride == 0 ? kPixelBytes * width : picture.stride;
+    picture.depth_stride = picture.depth_stride == 0 ? width : picture.depth_stride;
+    if (picture.pixels != nullptr)
+        if (Status rows =
+                check_rows("picture.pixels", picture.pixel_bytes, kPixelBytes * width, picture.stride, height);
+            !rows)
+            return rows;
+    return picture.depths == nullptr
+               ? Status()
+               : check_rows("picture.depths", picture.depth_count, width, picture.depth_stride, height);
+}
+
+double distance_of(const Camera &camera) { return glm::length(camera.focal_point - camera.position); }
+
+// Copies the picture to the caller's arrays. Depths of an orthographic camera count from where the caller placed it.
+void copy_picture(const Framebuffer &drawn, double moved, const pbm_picture &to) {
+    const auto width = static_cast<std::size_t>(drawn.width);
+    for (std::size_t y = 0; y < static_cast<std::size_t>(drawn.height); ++y) {
+        if (to.pixels != nullptr)
+            std::memcpy(to.pixels + y * to.stride, drawn.colour.data() + y * width, width * sizeof(std::uint32_t));
+        if (to.depths != nullptr)
+            std::transform(drawn.depth.data() + y * width, drawn.depth.data() + (y + 1) * width,
+                           to.depths + y * to.depth_stride,
+                           [&](float depth) { return static_cast<float>(static_cast<double>(depth) - moved); });
+    }
+}
+
+// The drawing of an open model, with as many threads as asked for.
+Result<Drawing *> drawing_of(OpenModel &model, std::int32_t threads) {
+    if (Status checked = check_threads(threads); !checked)
+        return checked.error();
+    if (model.drawing == nullptr || model.drawing->threads() != threads) {
+        model.drawing.reset();
+        auto opened = Drawing::open(model.bytes, threads);
+        if (!opened)
+            return opened.error();
+        model.drawing = std::move(*opened);
+    }
+    return model.drawing.get();
+}
+
+Status choose_camera(OpenModel &model, std::int32_t width, std::int32_t height, pbm_camera *to) {
+    Result<pbm_camera> camera = read_structure(to, "camera");
+    if (!camera)
+        return camera.error();
+    if (Status sized = check_size(width, height); !sized)
+        return sized;
+    const Result<Drawing *> drawing = drawing_of(model, model.drawing == nullptr ? 0 : model.drawing->threads());
+    if (!drawing)
+        return drawing.error();
+    const Result<Extent> extent = (*drawing)->bounds();
+    if (!extent)
+        return extent.error();
+    const Camera chosen = default_camera(*extent, (*drawing)->grid().up, width, height);
+    copy_to(camera->position, chosen.position);
+    copy_to(camera->focal_point, chosen.focal_point);
+    copy_to(camera->up, chosen.up);
+    camera->view_angle = chosen.view_angle;
+    camera->orthographic = 0;
+    camera->clip = 0;
+    std::memcpy(static_cast<void *>(to), &*camera, camera->struct_size);
+    return {};
+}
+
+Status draw_picture(OpenModel &model, const pbm_camera *given_camera, const pbm_render_options *given_options,
+                    const pbm_picture *given_picture) {
+    const Result<pbm_camera> c_camera = read_structure(given_camera, "camera");
+    if (!c_camera)
+        return c_camera.error();
+    const Result<Camera> camera = camera_of(*c_camera);
+    if (!camera)
+        return camera.error();
+    Result<pbm_picture> picture = read_structure(given_picture, "picture");
+    if (!picture)
+        return picture.error();
+    if (Status checked = check_picture(*picture); !checked)
+        return checked;
+    Drawing::Request request{.view = {.camera = *camera, .width = picture->width, .height = picture->height},
+                             .render = {}};
+    std::int32_t threads = 0;
+    if (given_options != nullptr) {
+        const Result<pbm_render_options> options = read_structure(given_options, "options");
+        if (!options)
+            return options.error();
+        if (Status taken = take_options(*options, request); !taken)
+            return taken;
+        threads = options->threads;
+    }
+    const Result<Drawing *> drawing = drawing_of(model, threads);
+    if (!drawing)
+        return drawing.error();
+    Framebuffer drawn(picture->width, picture->height, picture->depths != nullptr || request.depth_cue != PBM_NO_CUE);
+    if (Status done = (*drawing)->draw(request, drawn); !done)
+        return done;
+    const double moved =
+        camera->orthographic ? distance_of(telecentric(*camera, (*drawing)->grid().edge())) - distance_of(*camera) : 0;
+    copy_picture(drawn, moved, *picture);
+    return {};
+}
+
+} // namespace
+
+Drawing::Drawing(const FileBytes &bytes, Reader reader, TiledImages images, int threads,
+                 const std::shared_ptr<ThreadPool> &pool)
+    : bytes_(bytes), threads_(threads), pool_(pool), model_(std::move(reader), {.threads = threads, .pool = pool}),
+      surroundings_(std::make_shared<const Surroundings>(model_.reader().parameters(), std::move(images))) {}
+
+Result<std::unique_ptr<Drawing>> Drawing::open(const FileBytes &bytes, int threads) {
+    Result<Reader> reader = open_reader(bytes);
+    if (!reader)
+        return reader.error();
+    for (const FileRange &range : raster_ranges(*reader))
+        if (const Status fetched = bytes.fetch(range); !fetched)
+            return fetched.error();
+    Result<TiledImages> images = read_images(*reader);
+    if (!images)
+        return images.error();
+    const auto pool = std::make_shared<ThreadPool>(resolve_threads(threads));
+    return std::unique_ptr<Drawing>(new Drawing(bytes, std::move(*reader), std::move(*images), threads, pool));
+}
+
+Status Drawing::fetch(std::span<const FileRange> ranges) const {
+    for (const FileRange &range : ranges)
+        if (Status fetched = bytes_.fetch(range); !fetched)
+            return fetched;
+    return {};
+}
+
+Result<Extent> Drawing::bounds() {
+    for (int round = 0; round < kMaxRounds; ++round) {
+        const std::vector<FileRange> wanted = model_.bounds_wanted();
+        if (wanted.empty())
+            break;
+        if (const Status fetched = fetch(wanted); !fetched)
+            return fetched.error();
+    }
+    return model_.bounds();
+}
+
+Result<Detail> Drawing::load(const DetailView &view) {
+    for (int round = 0;; ++round) {
+        Result<Detail> detail = model_.load(view);
+        if (!detail || detail->wanted.empty() || round == kMaxRounds)
+            return detail;
+        if (const Status fetched = fetch(detail->wanted); !fetched)
+            return fetched.error();
+    }
+}
+
+void Drawing::render(const Detail &detail, const Request &request, Framebuffer &target) {
+    const Reader &reader = model_.reader();
+    const Camera &camera = request.view.camera;
+    if (request.fine) {
+        if (!fine_)
+            fine_.emplace(reader.parameters(), reader.header().chunk_points, threads_, surroundings_);
+        fine_->render(detail.runs, camera, request.render, target, request.samples);
+    } else {
+        if (!fast_)
+            fast_.emplace(reader.parameters(), reader.header().chunk_points, pool_, surroundings_);
+        fast_->render(detail.runs, camera, request.render, target);
+    }
+}
+
+Status Drawing::draw(const Request &request, Framebuffer &target) {
+    const Result<Detail> detail = load(request.view);
+    if (!detail)
+        return detail.error();
+    for (int round = 0;; ++round) {
+        render(*detail, request, target);
+        const std::vector<FileRange> wanted = surroundings_->take_wanted(); // tiles
+        if (wanted.empty() || round == kMaxRounds)
+            break;
+        if (Status fetched = fetch(wanted); !fetched)
+            return fetched;
+    }
+    const std::vector<Error> errors = surroundings_->take_errors();
+    if (!errors.empty())
+        return errors.front();
+    if (request.depth_cue != PBM_NO_CUE) {
+        const Camera &camera = request.view.camera;
+        const Camera drawn = telecentric(camera, grid().edge());
+        apply_depth_cue(request.depth_cue == PBM_EYE_DOME ? DepthCue::eye_dome : DepthCue::ambient_occlusion,
+                        {.focal = target.height / 2.0 / std::tan(drawn.view_angle / 2),
+                         .grid_edge = grid().edge(),
+                         .relief = distance_of(drawn) / distance_of(camera)},
+                        *pool_, target);
+    }
+    return {};
+}
+
+} // namespace pbm::c_api
+
+using namespace pbm;
+using namespace pbm::c_api;
+
+pbm_code pbm_default_camera(pbm_model *model, int32_t width, int32_t height, pbm_camera *camera, pbm_error *error) {
+    return guarded(error, [&] {
+        return models().use(model, "model",
+                            [&](OpenModel &open) { return choose_camera(open, width, height, camera); });
+    });
+}
+
+pbm_code pbm_render(pbm_model *model, const pbm_camera *camera, const pbm_render_options *options,
+                    const pbm_picture *picture, pbm_error *error) {
+    return guarded(error, [&] {
+        return models().use(model, "model",
+                            [&](OpenModel &open) { return draw_picture(open, camera, options, picture); });
+    });
+}

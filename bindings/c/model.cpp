@@ -1,0 +1,335 @@
+#include "model.h"
+
+#include "drawing.h"
+#include "pbm_format/model/octree.h"
+#include "pbm_format/reading/load_model.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+namespace pbm::c_api {
+namespace {
+
+constexpr std::uint64_t kMaxPiece = std::uint64_t{8} << 20; // bytes that one call of a callback reads
+constexpr int kBoxLevel = 6;
+
+const char *unit_name(Unit unit) {
+    // string_views of literals end with a zero byte
+    return to_string(unit).data(); // NOLINT(bugprone-suspicious-stringview-data-usage)
+}
+
+std::uint32_t attributes_of(const Reader &reader) {
+    const ModelParameters &parameters = reader.parameters();
+    const AttributeSet &set = parameters.attributes;
+    std::uint32_t bits = 0;
+    const auto add = [&](bool has, std::uint32_t bit) { bits |= has ? bit : 0; };
+    add(set.colour != ColourFormat::none, PBM_HAS_COLOURS);
+    add(set.material, PBM_HAS_MATERIALS);
+    add(set.texture, PBM_HAS_TEXTURE);
+    add(set.lights > 0, PBM_HAS_SHADOWS);
+    add(parameters.ground.has_value(), PBM_HAS_GROUND);
+    add(reader.section(SectionType::panorama) != nullptr, PBM_HAS_PANORAMA);
+    return bits;
+}
+
+std::string hexadecimal(const ContentId &id) {
+    return to_string(hash_value(id[1])).substr(2) + to_string(hash_value(id[0])).substr(2); // without "0x"
+}
+
+// Fills the box around the voxels of a coarse level.
+Status find_box(OpenModel &model, pbm_info &info) {
+    const Grid &grid = model.reader.parameters().grid;
+    const int level = std::min(kBoxLevel, grid.depth);
+    if (const Status fetched = fetch_levels(model, level); !fetched)
+        return fetched;
+    const Result<Model> coarse = load_points(model.reader, {.max_level = level, .threads = 1});
+    if (!coarse)
+        return coarse.error();
+    std::vector<MortonCode> codes{0};
+    for (int l = 1; l <= level; ++l) {
+        const Level &here = coarse->levels[static_cast<std::size_t>(l)];
+        Result<std::vector<MortonCode>> below = expand_level(codes, here.masks, here.points.size());
+        if (!below)
+            return below.error();
+        codes = std::move(*below);
+    }
+    std::array<std::uint32_t, 3> lowest{UINT32_MAX, UINT32_MAX, UINT32_MAX}, highest{};
+    for (const MortonCode code : codes) {
+        const std::array<std::uint32_t, 3> at = morton_decode(code);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            lowest[axis] = std::min(lowest[axis], at[axis]);
+            highest[axis] = std::max(highest[axis], at[axis] + 1);
+        }
+    }
+    const double edge = grid.voxel_size_at(level);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        info.lowest[axis] = grid.origin[axis] + lowest[axis] * edge;
+        info.highest[axis] = grid.origin[axis] + highest[axis] * edge;
+    }
+    return {};
+}
+
+Status fill_info(OpenModel &model, pbm_info &info) {
+    const Reader &reader = model.reader;
+    const ModelParameters &parameters = reader.parameters();
+    info.file_bytes = reader.header().file_size;
+    info.points = reader.header().point_count;
+    info.depth = reader.depth();
+    info.attributes = attributes_of(reader);
+    std::copy(parameters.grid.origin.begin(), parameters.grid.origin.end(), info.origin);
+    info.voxel_size = parameters.grid.voxel_size;
+    info.unit = unit_name(parameters.grid.unit);
+    info.up = to_string(parameters.grid.up).data(); // NOLINT(bugprone-suspicious-stringview-data-usage)
+    info.metadata = model.metadata.c_str();
+    const std::string id = hexadecimal(reader.header().content_id);
+    std::copy_n(id.c_str(), std::min(id.size() + 1, sizeof info.content_id), info.content_id);
+    info.content_id[sizeof info.content_id - 1] = 0;
+    info.fields = static_cast<std::int32_t>(parameters.fields.size());
+    info.materials = static_cast<std::int32_t>(parameters.materials.size());
+    info.lights = static_cast<std::int32_t>(parameters.lights.size());
+    return find_box(model, info);
+}
+
+Status fill_field(const OpenModel &model, std::int32_t index, pbm_field &to) {
+    const std::vector<Field> &fields = model.reader.parameters().fields;
+    if (index < 0 || static_cast<std::size_t>(index) >= fields.size())
+        return usage("field " + std::to_string(index) + " is not there: the model has " +
+                     std::to_string(fields.size()));
+    const Field &field = fields[static_cast<std::size_t>(index)];
+    to.name = field.name.c_str();
+    to.unit = field.unit.c_str();
+    to.lowest = field.offset;
+    to.step = field.scale;
+    to.bits = 8 * field.bytes;
+    to.average = to_string(field.average).data(); // NOLINT(bugprone-suspicious-stringview-data-usage)
+    return {};
+}
+
+// Fills a structure of the caller, which may be of an earlier version.
+template <class Structure, class Fill> Status fill_structure(Structure *structure, const char *name, const Fill &fill) {
+    Result<Structure> copy = read_structure(structure, name);
+    if (!copy)
+        return copy.error();
+    if (Status filled = fill(*copy); !filled)
+        return filled;
+    std::memcpy(static_cast<void *>(structure), &*copy, copy->struct_size);
+    return {};
+}
+
+} // namespace
+
+FileBytes FileBytes::mapped(MappedFile file) {
+    FileBytes bytes;
+    bytes.file_ = std::make_unique<MappedFile>(std::move(file));
+    bytes.view_ = bytes.file_->bytes();
+    bytes.source_.emplace(bytes.view_, MappedFile::will_need);
+    return bytes;
+}
+
+FileBytes FileBytes::viewed(ByteView view) {
+    FileBytes bytes;
+    bytes.view_ = aligned(view, bytes.owned_);
+    bytes.source_.emplace(bytes.view_);
+    return bytes;
+}
+
+FileBytes FileBytes::owned(Bytes given) {
+    FileBytes bytes;
+    bytes.owned_ = std::move(given);
+    bytes.view_ = bytes.owned_;
+    bytes.source_.emplace(bytes.view_);
+    return bytes;
+}
+
+FileBytes FileBytes::ranged(pbm_read_range read, void *context, std::uint64_t size) {
+    FileBytes bytes;
+    bytes.read_ = read;
+    bytes.context_ = context;
+    bytes.sparse_ = std::make_shared<SparseFile>(size);
+    bytes.source_.emplace(bytes.sparse_);
+    return bytes;
+}
+
+Status FileBytes::read(std::uint64_t offset, std::span<std::uint8_t> to) const {
+    const CallbackScope scope(handle_);
+    if (read_(context_, offset, to.size(), to.data()) == 0)
+        return {};
+    return Error{ErrorCode::io, offset,
+                 "the callback did not read " + std::to_string(to.size()) + " bytes from byte " +
+                     std::to_string(offset) + " on"};
+}
+
+Status FileBytes::fetch(FileRange range) const {
+    if (is_whole() || range.bytes == 0 || source_->has(range))
+        return {};
+    const std::uint64_t size = sparse_->size();
+    if (range.offset > size || range.bytes > size - range.offset)
+        return Error{ErrorCode::truncated, size, "the file ends before byte " + std::to_string(range.offset)};
+    Bytes piece;
+    for (std::uint64_t done = 0; done < range.bytes; done += piece.size()) {
+        piece.resize(static_cast<std::size_t>(std::min(kMaxPiece, range.bytes - done)));
+        if (Status status = read(range.offset + done, piece); !status)
+            return status;
+        sparse_->fill(range.offset + done, piece);
+    }
+    return {};
+}
+
+Result<ByteView> FileBytes::whole() {
+    if (is_whole())
+        return view_;
+    if (owned_.empty()) {
+        Bytes all;
+        for (std::uint64_t size = sparse_->size(); all.size() < size;) {
+            const std::size_t first = all.size();
+            all.resize(static_cast<std::size_t>(std::min<std::uint64_t>(size, first + kMaxPiece)));
+            if (Status status = read(first, std::span(all).subspan(first)); !status)
+                return status.error();
+        }
+        owned_ = std::move(all);
+    }
+    return ByteView(owned_);
+}
+
+Result<Reader> open_reader(const FileBytes &bytes) {
+    for (FileRange range; (range = Reader::opening_range(bytes.source())).bytes > 0;)
+        if (const Status fetched = bytes.fetch(range); !fetched)
+            return fetched.error();
+    return Reader::open(bytes.source());
+}
+
+OpenModel::OpenModel(FileBytes of, Reader opened)
+    : bytes(std::move(of)), reader(std::move(opened)), metadata(reader.metadata()) {}
+OpenModel::~OpenModel() = default;
+
+Result<const LevelDirectory *> OpenModel::directory(int level) {
+    for (int l = 1; l <= level; ++l) {
+        if (const Status fetched = bytes.fetch(reader.directory_range(l)); !fetched)
+            return fetched.error();
+        const Result<const LevelDirectory *> read = reader.directory(l);
+        if (!read || l == level)
+            return read;
+    }
+    return nullptr;
+}
+
+namespace {
+
+// Calls `use` with the ranges of the file that hold the chunks of a level.
+template <class Use> void for_chunk_ranges(const Reader &reader, int level, const Use &use) {
+    for (const SectionType type : {SectionType::level_chunks, SectionType::level_bricks})
+        if (const SectionEntry *section = reader.section(type, static_cast<std::uint32_t>(level)))
+            use(section->range());
+}
+
+} // namespace
+
+Status fetch_levels(OpenModel &model, int level) {
+    Status status;
+    for (int l = 1; l <= level && status; ++l) {
+        const Result<const LevelDirectory *> directory = model.directory(l);
+        if (!directory)
+            return directory.error();
+        for_chunk_ranges(model.reader, l, [&](FileRange range) {
+            if (status)
+                status = model.bytes.fetch(range);
+        });
+    }
+    return status;
+}
+
+void drop_levels(const OpenModel &model, int level) {
+    for (int l = 1; l <= level; ++l)
+        for_chunk_ranges(model.reader, l, [&](FileRange range) { model.bytes.source().drop(range); });
+}
+
+Handles<pbm_model, OpenModel> &models() {
+    static auto &all = *new Handles<pbm_model, OpenModel>; // never destroyed: threads may outlive main
+    return all;
+}
+
+Status add_model(FileBytes bytes, pbm_model **model) {
+    Result<Reader> reader = open_reader(bytes);
+    if (!reader)
+        return reader.error();
+    auto open = std::make_unique<OpenModel>(std::move(bytes), std::move(*reader));
+    OpenModel &opened = *open;
+    pbm_model *const handle = models().add(std::move(open));
+    opened.bytes.belongs_to(handle);
+    *model = handle;
+    return {};
+}
+
+ByteView aligned(ByteView bytes, Bytes &room) {
+    constexpr std::uintptr_t kAlignment = 8;
+    if (reinterpret_cast<std::uintptr_t>(bytes.data()) % kAlignment == 0)
+        return bytes;
+    room.assign(bytes.begin(), bytes.end());
+    return room;
+}
+
+} // namespace pbm::c_api
+
+using namespace pbm;
+using namespace pbm::c_api;
+
+namespace {
+
+// Opens what `make` returns. On failure the handle is null.
+template <class Make> pbm_code open_model(pbm_model **model, pbm_error *error, const Make &make) {
+    return guarded(error, [&]() -> Status {
+        if (model == nullptr)
+            return usage("model is null");
+        *model = nullptr;
+        Result<FileBytes> bytes = make();
+        return bytes ? add_model(std::move(*bytes), model) : Status(bytes.error());
+    });
+}
+
+} // namespace
+
+pbm_code pbm_open_file(const char *path, pbm_model **model, pbm_error *error) {
+    return open_model(model, error, [&]() -> Result<FileBytes> {
+        if (path == nullptr)
+            return usage("path is null");
+        Result<MappedFile> file = MappedFile::open(path);
+        return file ? Result(FileBytes::mapped(std::move(*file))) : Result<FileBytes>(file.error());
+    });
+}
+
+pbm_code pbm_open_memory(const void *bytes, uint64_t size, pbm_model **model, pbm_error *error) {
+    return open_model(model, error, [&]() -> Result<FileBytes> {
+        if (bytes == nullptr)
+            return usage("bytes is null");
+        return FileBytes::viewed({static_cast<const std::uint8_t *>(bytes), static_cast<std::size_t>(size)});
+    });
+}
+
+pbm_code pbm_open_ranges(pbm_read_range read, void *context, uint64_t size, pbm_model **model, pbm_error *error) {
+    return open_model(model, error, [&]() -> Result<FileBytes> {
+        if (read == nullptr)
+            return usage("read is null");
+        return FileBytes::ranged(read, context, size);
+    });
+}
+
+pbm_code pbm_close(pbm_model *model) {
+    return guarded(nullptr, [&] { return models().remove(model, "model"); });
+}
+
+pbm_code pbm_get_info(pbm_model *model, pbm_info *info, pbm_error *error) {
+    return guarded(error, [&] {
+        return models().use(model, "model", [&](OpenModel &open) {
+            return fill_structure(info, "info", [&](pbm_info &to) { return fill_info(open, to); });
+        });
+    });
+}
+
+pbm_code pbm_get_field(pbm_model *model, int32_t index, pbm_field *field, pbm_error *error) {
+    return guarded(error, [&] {
+        return models().use(model, "model", [&](OpenModel &open) {
+            return fill_structure(field, "field", [&](pbm_field &to) { return fill_field(open, index, to); });
+        });
+    });
+}

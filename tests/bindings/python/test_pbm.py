@@ -1,0 +1,265 @@
+"""The Python package, on the library that PBM_LIBRARY names or that a wheel holds."""
+
+import gc
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+try:
+    import numpy as np
+except ImportError:
+    print("numpy is not installed (python3-numpy): skipped")
+    sys.exit(77)
+import pbm
+
+
+def ball(rings=24, sectors=48):
+    """Vertices and faces of a ball around (10, 20, 30)."""
+    polar, around = np.meshgrid(np.linspace(0, np.pi, rings + 1), np.arange(sectors) * 2 * np.pi / sectors, indexing="ij")
+    normals = np.stack([np.sin(polar) * np.cos(around), np.cos(polar), np.sin(polar) * np.sin(around)], -1).reshape(-1, 3)
+    ring, sector = np.meshgrid(np.arange(rings), np.arange(sectors), indexing="ij")
+    a, b = ring * sectors + sector, ring * sectors + (sector + 1) % sectors
+    faces = np.concatenate([np.stack([a, b, a + sectors], -1), np.stack([b, b + sectors, a + sectors], -1)])
+    return normals + [10, 20, 30], faces.reshape(-1, 3), normals
+
+
+class Case(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.temporary.name)
+        cls.path = cls.folder / "ball.pbvg"
+        cls.vertices, cls.faces, cls.normals = ball()
+        cls.heights = cls.normals[:, 1].copy()
+        cls.heights[0] = np.nan
+        cls.report = pbm.build(cls.vertices, cls.faces, normals=cls.normals, fields={"height": cls.heights},
+                               units={"height": "mm"}, colours=np.full((len(cls.vertices), 3), (200, 100, 50)), depth=6,
+                               unit="mm", output=cls.path)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+
+class Reading(Case):
+    def test_info(self):
+        with pbm.open(self.path) as model:
+            info = model.info
+            self.assertEqual((info.depth, info.unit, info.materials, info.lights), (6, "mm", 1, 0))
+            self.assertEqual(info.points, self.report.figures["points"])
+            self.assertEqual(info.attributes, {"colours"})
+            self.assertEqual([(f.name, f.unit, f.average) for f in info.fields], [("height", "mm", "mean")])
+            self.assertTrue(np.allclose((info.lowest + info.highest) / 2, [10, 20, 30], atol=0.1))
+            self.assertIsInstance(info.metadata, dict)
+            self.assertIn("points=", repr(model))
+
+    def test_points_of_every_level(self):
+        with pbm.open(self.path.read_bytes()) as model:
+            for level in range(model.info.depth + 1):
+                points = model.points(level)
+                self.assertEqual(set(points), {"positions", "normals", "radii", "colours", "scalar_height"})
+                count = model.count_points(level)
+                self.assertTrue(all(len(array) == count for array in points.values()))
+            self.assertEqual(count, model.info.points)
+            edge = model.info.voxel_size
+            self.assertTrue(np.allclose(np.linalg.norm(points["positions"] - [10, 20, 30], axis=1), 1, atol=edge))
+            self.assertTrue(np.allclose(np.linalg.norm(points["normals"], axis=1), 1, atol=1e-6))
+            self.assertTrue((points["colours"] == (200, 100, 50)).all())
+            self.assertTrue(np.allclose(points["scalar_height"], points["positions"][:, 1] - 20, atol=edge))
+
+    def test_wanted_attributes_types_and_arrays(self):
+        with pbm.open(self.path) as model:
+            whole = model.points()
+            count = model.info.points
+            out = {"positions": np.full((count, 3), 7, np.float32), "two_sided": np.ones(count, bool)}
+            some = model.points(attributes=["positions", "two_sided", "materials"], dtype=np.float32, offset=(10, 20, 30),
+                                out=out, threads=1)
+            self.assertEqual(list(some), ["positions", "two_sided", "materials"])
+            self.assertIs(some["positions"], out["positions"])
+            self.assertTrue((some["positions"] == (whole["positions"] - [10, 20, 30]).astype(np.float32)).all())
+            self.assertFalse(some["two_sided"].any())
+            for wrong in (np.empty((count, 3)), np.empty((count - 1, 3), np.float32), np.empty((3, count), np.float32).T):
+                with self.assertRaises(pbm.UsageError):
+                    model.points(attributes=["positions"], dtype=np.float32, out={"positions": wrong})
+            for arguments in ({"level": 7}, {"level": -1}, {"attributes": ["weight"]}, {"dtype": np.int32},
+                              {"threads": -1}):
+                with self.assertRaises(pbm.UsageError, msg=arguments):
+                    model.points(**arguments)
+
+    def test_ranges(self):
+        stored, sent = self.path.read_bytes(), []
+
+        def read(offset, count):
+            sent.append(count)
+            return stored[offset:offset + count]
+
+        with pbm.open_ranges(read, len(stored)) as model, pbm.open(stored) as whole:
+            self.assertLess(sum(sent), len(stored) // 2)
+            self.assertTrue((model.render(size=(40, 30)) == whole.render(size=(40, 30))).all())
+            self.assertTrue((model.points()["scalar_height"] == whole.points()["scalar_height"]).all())
+
+        def fail(offset, count):
+            raise ConnectionError("the server is gone")
+
+        with self.assertRaisesRegex(ConnectionError, "gone"):
+            pbm.open_ranges(fail, len(stored))
+        with self.assertRaisesRegex(ValueError, "0 bytes instead of"):
+            pbm.open_ranges(lambda offset, count: b"", len(stored))
+
+    def test_errors(self):
+        with self.assertRaises(pbm.FileError) as caught:
+            pbm.open(self.folder / "nowhere.pbvg")
+        self.assertIsInstance(caught.exception, OSError)
+        self.assertEqual((caught.exception.code, caught.exception.offset), (2, None))
+        with self.assertRaises(pbm.InvalidError) as caught:
+            pbm.open(b"x" * 200)
+        self.assertEqual((caught.exception.code, caught.exception.offset, caught.exception.name, caught.exception.rule),
+                         (3, None, "header.magic", "2.1"))
+        for wrong in (b"", bytearray(7), memoryview(b"abc")):
+            with self.assertRaises(pbm.InvalidError):
+                pbm.open(wrong)
+        with self.assertRaises(TypeError):
+            pbm.open(7)
+        model = pbm.open(self.path)
+        model.close()
+        model.close()
+        for call in (model.points, model.render, model.default_camera, lambda: model.info):
+            with self.assertRaises(pbm.UsageError):
+                call()
+
+    def test_bytes_stay_alive(self):
+        model = pbm.open(bytearray(self.path.read_bytes()))
+        gc.collect()
+        self.assertEqual(len(model.points()["radii"]), model.info.points)
+
+    def test_threads(self):
+        with pbm.open(self.path) as model:
+            expected, found = model.points()["positions"], []
+            threads = [threading.Thread(target=lambda: found.append(model.points()["positions"])) for _ in range(4)]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            self.assertEqual(len(found), 4)
+            self.assertTrue(all((positions == expected).all() for positions in found))
+
+
+class Pictures(Case):
+    def test_pictures(self):
+        with pbm.open(self.path) as model:
+            camera = model.default_camera((60, 40))
+            for quality in ("fast", "fine"):
+                for cue in (None, "eye_dome", "ambient_occlusion"):
+                    picture, depth = model.render(camera, (60, 40), quality=quality, depth_cue=cue, depth=True, samples=2,
+                                                  background=(1, 2, 3))
+                    self.assertEqual((picture.shape, picture.dtype), ((40, 60, 4), np.uint8))
+                    self.assertEqual(picture[0, 0].tolist(), [1, 2, 3, 255])
+                    self.assertEqual(depth.shape, (40, 60))
+                    self.assertAlmostEqual(np.isfinite(depth).mean(), np.pi / 4 * 40 / 60 * 0.9, delta=0.06)
+            turned = model.render(camera.orbited(90), (60, 40))
+            self.assertFalse((turned == model.render(camera, (60, 40), background=(0, 0, 0))).all())
+            camera.clip_plane = ((10, 20, 30), (1, 0, 0))
+            _, depth = model.render(camera, (60, 40), depth=True)
+            self.assertFalse(np.isfinite(depth[:, :28]).any())
+
+    def test_orbit_keeps_the_distance(self):
+        camera = pbm.Camera((3, 1, 0), (1, 1, 0))
+        self.assertTrue(np.allclose(camera.orbited(90).position, (1, 1, -2)))
+
+    def test_errors(self):
+        with pbm.open(self.path) as model:
+            for arguments in ({"quality": "best"}, {"depth_cue": "x"}, {"without": ["sky"]}, {"size": (0, 10)},
+                              {"size": (40000, 10)}, {"samples": 1000}, {"threads": -5},
+                              {"camera": pbm.Camera((0, 0, float("nan")), (0, 0, 0))},
+                              {"camera": pbm.Camera((0, 0), (0, 0, 0))}, {"camera": pbm.Camera((1, 1, 1), (1, 1, 1))}):
+                with self.assertRaises(pbm.UsageError, msg=arguments):
+                    model.render(**arguments)
+
+
+class Validating(Case):
+    def test_verdicts(self):
+        stored = bytearray(self.path.read_bytes())
+        for level in ("quick", "default", "deep"):
+            findings = pbm.validate(self.path, level)
+            self.assertTrue(findings.valid)
+            self.assertEqual((findings.code, findings.errors), (0, 0))
+        stored[len(stored) // 2] ^= 1
+        findings = pbm.validate(stored)
+        self.assertFalse(findings.valid)
+        self.assertEqual(findings.code, 3)
+        self.assertEqual(findings[0].severity, "error")
+        self.assertIn(".", findings[0].name)
+        self.assertGreater(findings[0].offset, 0)
+        self.assertFalse(pbm.validate(b"").valid)
+        with self.assertRaises(pbm.FileError):
+            pbm.validate(self.folder / "nowhere")
+        with self.assertRaises(pbm.UsageError):
+            pbm.validate(self.path, "slow")
+
+
+class Building(Case):
+    def test_in_memory(self):
+        report = pbm.build(self.vertices.astype(np.float32), depth=5, light=["directional,direction=0,-1,0"],
+                           origin=(0, 0, 5), strict=True)
+        with report.model as model:
+            self.assertEqual((model.info.depth, model.info.lights), (5, 1))
+            self.assertAlmostEqual((model.info.lowest + model.info.highest)[2] / 2, 35, delta=0.2)
+        self.assertIn("attributes", report.figures)
+        json.dumps(report.figures)
+
+    def test_of_files(self):
+        ply = self.folder / "points.ply"
+        ply.write_text(f"ply\nformat ascii 1.0\nelement vertex {len(self.vertices)}\nproperty float x\nproperty float y\n"
+                       "property float z\nend_header\n" + "\n".join(" ".join(map(repr, row)) for row in self.vertices.tolist()))
+        for files in (ply, str(ply), [ply, ply]):
+            with pbm.build(files=files, depth=5).model as model:
+                self.assertEqual(model.info.depth, 5)
+
+    def test_progress(self):
+        steps = []
+        pbm.build(self.vertices, depth=5, progress=lambda step, done: steps.append((step, done)))
+        self.assertIn(("voxelize", 0.0), steps)
+        old = self.path.read_bytes()
+        with self.assertRaises(pbm.CancelledError):
+            pbm.build(self.vertices, depth=5, output=self.path, progress=lambda step, done: step == "voxelize")
+        with self.assertRaises(ZeroDivisionError):
+            pbm.build(self.vertices, depth=5, output=self.path, progress=lambda step, done: 1 / 0)
+        self.assertEqual(self.path.read_bytes(), old)
+
+    def test_errors(self):
+        good = self.vertices
+        for arguments in ({"vertices": good[:, :2]}, {"vertices": "text"}, {"vertices": good, "files": "x"}, {},
+                          {"vertices": good, "faces": [[0, 1, len(good)]]}, {"vertices": good, "faces": [[0, 1, -1]]},
+                          {"vertices": good, "faces": [[0, 1, 0.5]]}, {"vertices": good, "colours": [[300, 0, 0]] * len(good)},
+                          {"vertices": good, "normals": good[1:]}, {"vertices": good, "fields": {"a": [1, 2]}},
+                          {"vertices": good, "depht": 5}, {"vertices": good, "depth": "many"},
+                          {"vertices": good, "materials": [9] * len(good)}, {"vertices": np.empty((0, 3))}):
+            with self.assertRaises(pbm.UsageError, msg=str(arguments)[:60]):
+                pbm.build(**arguments)
+        with self.assertRaises(pbm.FileError):
+            pbm.build(good, depth=5, output=self.folder / "nowhere" / "x.pbvg")
+        with self.assertRaises(pbm.InvalidError):
+            pbm.build(np.full((5, 3), np.nan))
+
+
+class Package(unittest.TestCase):
+    def test_version(self):
+        self.assertRegex(pbm.version(), r"^\d+\.\d+\.\d+$")
+
+    def test_import_takes_numpy_alone(self):
+        program = "import sys, numpy; before = set(sys.modules); import pbm; print(*sorted(set(sys.modules) - before))"
+        ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+        outside = [name for name in ran.stdout.split() if name.split(".")[0] not in sys.stdlib_module_names | {"pbm"}]
+        self.assertEqual(outside, [])
+
+    def test_everything_has_a_docstring(self):
+        for name in pbm.__all__:
+            self.assertTrue(getattr(pbm, name).__doc__, name)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,204 @@
+// Pictures through the C API.
+#include "ball.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pbm::test {
+namespace {
+
+constexpr int kWidth = 48, kHeight = 32;
+
+int drawn_pixels(const Picture &picture) {
+    return static_cast<int>(
+        std::count_if(picture.depths.begin(), picture.depths.end(), [](float depth) { return std::isfinite(depth); }));
+}
+
+TEST(CApiPicture, ShowsTheBallInEveryQuality) {
+    const BallModel ball;
+    const pbm_camera camera = camera_of(ball.get(), kWidth, kHeight);
+    for (const int quality : {PBM_FAST, PBM_FINE})
+        for (const int cue : {PBM_NO_CUE, PBM_EYE_DOME, PBM_AMBIENT_OCCLUSION}) {
+            Picture picture(kWidth, kHeight);
+            pbm_render_options options = PBM_NEW(pbm_render_options);
+            options.quality = quality;
+            options.depth_cue = cue;
+            options.samples = 2;
+            options.flags = PBM_BACKGROUND;
+            options.background[2] = 7;
+            pbm_error error;
+            ASSERT_EQ(pbm_render(ball.get(), &camera, &options, &picture.api, &error), PBM_OK) << error.message;
+            const double expected = 3.14159 / 4 * kHeight * kHeight * 0.95 * 0.95; // pixels of the disc
+            EXPECT_NEAR(drawn_pixels(picture), expected, 0.1 * expected);
+            EXPECT_EQ(picture.pixels[2], 7); // a corner
+            EXPECT_EQ(picture.pixels[3], 0);
+            const std::size_t middle = kHeight / 2 * kWidth + kWidth / 2;
+            EXPECT_GT(picture.pixels[4 * middle], 30);
+            EXPECT_EQ(picture.pixels[4 * middle + 3], 255);
+            const double eye = std::hypot(camera.position[0] - 10, camera.position[1] - 20, camera.position[2] - 30);
+            EXPECT_NEAR(picture.depths[middle], eye - 1, 0.1);
+        }
+}
+
+TEST(CApiPicture, KeepsWhatLiesBetweenTheRows) {
+    const BallModel ball;
+    const pbm_camera camera = camera_of(ball.get(), kWidth, kHeight);
+    Picture tight(kWidth, kHeight);
+    pbm_error error;
+    ASSERT_EQ(pbm_render(ball.get(), &camera, nullptr, &tight.api, &error), PBM_OK) << error.message;
+    constexpr std::size_t kStride = 4 * kWidth + 12, kDepthStride = kWidth + 3;
+    std::vector<std::uint8_t> pixels(kStride * (kHeight - 1) + 4 * kWidth, 99);
+    std::vector<float> depths(kDepthStride * (kHeight - 1) + kWidth, -1.0F);
+    pbm_picture wide = PBM_NEW(pbm_picture);
+    wide.width = kWidth;
+    wide.height = kHeight;
+    wide.pixels = pixels.data();
+    wide.pixel_bytes = pixels.size();
+    wide.stride = kStride;
+    wide.depths = depths.data();
+    wide.depth_count = depths.size();
+    wide.depth_stride = kDepthStride;
+    ASSERT_EQ(pbm_render(ball.get(), &camera, nullptr, &wide, &error), PBM_OK) << error.message;
+    for (std::size_t y = 0; y < kHeight; ++y) {
+        EXPECT_TRUE(std::equal(&tight.pixels[4 * kWidth * y], &tight.pixels[4 * kWidth * y] + 4 * kWidth,
+                               &pixels[kStride * y]));
+        EXPECT_TRUE(
+            std::equal(&tight.depths[kWidth * y], &tight.depths[kWidth * y] + kWidth, &depths[kDepthStride * y]));
+        if (y + 1 < kHeight) {
+            EXPECT_EQ(pixels[kStride * y + 4 * kWidth], 99);
+            EXPECT_EQ(depths[kDepthStride * y + kWidth], -1.0F);
+        }
+    }
+    --wide.pixel_bytes;
+    EXPECT_EQ(pbm_render(ball.get(), &camera, nullptr, &wide, &error), PBM_USAGE);
+    ++wide.pixel_bytes;
+    --wide.depth_count;
+    EXPECT_EQ(pbm_render(ball.get(), &camera, nullptr, &wide, &error), PBM_USAGE);
+    ++wide.depth_count;
+    wide.stride = 4 * kWidth - 1;
+    EXPECT_EQ(pbm_render(ball.get(), &camera, nullptr, &wide, &error), PBM_USAGE);
+    wide.stride = std::numeric_limits<std::size_t>::max();
+    EXPECT_EQ(pbm_render(ball.get(), &camera, nullptr, &wide, &error), PBM_USAGE);
+}
+
+TEST(CApiPicture, IsClippedAndOrthographic) {
+    const BallModel ball;
+    pbm_camera camera = camera_of(ball.get(), kWidth, kHeight);
+    pbm_error error;
+    Picture whole(kWidth, kHeight), half(kWidth, kHeight), flat(kWidth, kHeight);
+    ASSERT_EQ(pbm_render(ball.get(), &camera, nullptr, &whole.api, &error), PBM_OK) << error.message;
+    camera.orthographic = 1;
+    ASSERT_EQ(pbm_render(ball.get(), &camera, nullptr, &flat.api, &error), PBM_OK) << error.message;
+    const std::size_t middle = kHeight / 2 * kWidth + kWidth / 2;
+    EXPECT_NEAR(flat.depths[middle], whole.depths[middle], 0.1); // from where the caller placed it
+    camera.orthographic = 0;
+    camera.clip = PBM_CLIP_PLANE;
+    camera.plane_point[0] = 10;
+    camera.plane_normal[0] = 1;
+    ASSERT_EQ(pbm_render(ball.get(), &camera, nullptr, &half.api, &error), PBM_OK) << error.message;
+    EXPECT_NEAR(drawn_pixels(half), drawn_pixels(whole) / 2, drawn_pixels(whole) / 8);
+    camera.clip = PBM_CLIP_BOX; // an empty one
+    Picture none(kWidth, kHeight);
+    ASSERT_EQ(pbm_render(ball.get(), &camera, nullptr, &none.api, &error), PBM_OK) << error.message;
+    EXPECT_EQ(drawn_pixels(none), 0);
+    camera.clip = 4;
+    EXPECT_EQ(pbm_render(ball.get(), &camera, nullptr, &none.api, &error), PBM_USAGE);
+}
+
+TEST(CApiPicture, RefusesCamerasThatSeeNothing) {
+    const BallModel ball;
+    const pbm_camera good = camera_of(ball.get(), kWidth, kHeight);
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN(),
+                     kInfinity = std::numeric_limits<double>::infinity();
+    Picture picture(kWidth, kHeight);
+    pbm_error error;
+    const auto refuses = [&](auto &&spoil) {
+        pbm_camera camera = good;
+        spoil(camera);
+        return pbm_render(ball.get(), &camera, nullptr, &picture.api, &error) == PBM_USAGE;
+    };
+    for (const double bad : {kNan, kInfinity, -kInfinity})
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            EXPECT_TRUE(refuses([&](pbm_camera &c) { c.position[axis] = bad; }));
+            EXPECT_TRUE(refuses([&](pbm_camera &c) { c.focal_point[axis] = bad; }));
+            EXPECT_TRUE(refuses([&](pbm_camera &c) { c.up[axis] = bad; }));
+            EXPECT_TRUE(refuses([&](pbm_camera &c) { c.clip = PBM_CLIP_PLANE, c.plane_normal[axis] = bad; }));
+            EXPECT_TRUE(refuses(
+                [&](pbm_camera &c) { c.clip = PBM_CLIP_PLANE, c.plane_normal[0] = 1, c.plane_point[axis] = bad; }));
+            EXPECT_TRUE(refuses([&](pbm_camera &c) { c.clip = PBM_CLIP_BOX, c.box_lowest[axis] = bad; }));
+            EXPECT_TRUE(refuses([&](pbm_camera &c) { c.clip = PBM_CLIP_BOX, c.box_highest[axis] = bad; }));
+        }
+    for (const double angle : {kNan, kInfinity, -1.0, 3.2})
+        EXPECT_TRUE(refuses([&](pbm_camera &c) { c.view_angle = angle; }));
+    EXPECT_TRUE(refuses([&](pbm_camera &c) { std::copy_n(c.position, 3, c.focal_point); }));
+    EXPECT_TRUE(refuses([&](pbm_camera &c) { c.clip = PBM_CLIP_PLANE; })); // a normal of zero
+    EXPECT_TRUE(refuses([&](pbm_camera &c) { c.struct_size = 0; }));
+    EXPECT_FALSE(refuses([&](pbm_camera &c) { c.view_angle = 0; })); // the default one
+    EXPECT_EQ(pbm_render(ball.get(), nullptr, nullptr, &picture.api, &error), PBM_USAGE);
+    EXPECT_EQ(pbm_render(ball.get(), &good, nullptr, nullptr, &error), PBM_USAGE);
+    EXPECT_EQ(pbm_render(nullptr, &good, nullptr, &picture.api, &error), PBM_USAGE);
+}
+
+TEST(CApiPicture, RefusesSizesAndOptionsThatAreNone) {
+    const BallModel ball;
+    const pbm_camera camera = camera_of(ball.get(), kWidth, kHeight);
+    pbm_camera other = PBM_NEW(pbm_camera);
+    Picture picture(kWidth, kHeight);
+    pbm_error error;
+    for (const int size : {0, -1, 32769, std::numeric_limits<int>::max(), std::numeric_limits<int>::min()}) {
+        EXPECT_EQ(pbm_default_camera(ball.get(), size, 10, &other, &error), PBM_USAGE);
+        EXPECT_EQ(pbm_default_camera(ball.get(), 10, size, &other, &error), PBM_USAGE);
+        pbm_picture bad = picture.api;
+        bad.width = size;
+        EXPECT_EQ(pbm_render(ball.get(), &camera, nullptr, &bad, &error), PBM_USAGE);
+        bad.width = kWidth;
+        bad.height = size;
+        EXPECT_EQ(pbm_render(ball.get(), &camera, nullptr, &bad, &error), PBM_USAGE);
+    }
+    EXPECT_EQ(pbm_default_camera(ball.get(), 10, 10, nullptr, &error), PBM_USAGE);
+    pbm_picture nowhere = picture.api;
+    nowhere.pixels = nullptr;
+    EXPECT_EQ(pbm_render(ball.get(), &camera, nullptr, &nowhere, &error), PBM_OK); // depths alone
+    nowhere.depths = nullptr;
+    EXPECT_EQ(pbm_render(ball.get(), &camera, nullptr, &nowhere, &error), PBM_USAGE);
+    const auto refuses = [&](auto &&spoil) {
+        pbm_render_options options = PBM_NEW(pbm_render_options);
+        spoil(options);
+        return pbm_render(ball.get(), &camera, &options, &picture.api, &error) == PBM_USAGE;
+    };
+    EXPECT_FALSE(refuses([](pbm_render_options &) {}));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.quality = 2; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.samples = 257; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.samples = -1; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.depth_cue = 3; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.flags = 128; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.finest_level = 17; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.max_error = -1; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.max_error = std::numeric_limits<double>::quiet_NaN(); }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.threads = 2000; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.struct_size = 3; }));
+}
+
+TEST(CApiPicture, LeavesOutWhatTheOptionsSay) {
+    const BallModel ball(Options{{"depth", "6"},
+                                 {"texture", "marble"},
+                                 {"lights", "studio"},
+                                 {"shadows", nullptr},
+                                 {"ground", nullptr},
+                                 {"ground-resolution", "64"}});
+    const pbm_camera camera = camera_of(ball.get(), kWidth, kHeight);
+    pbm_error error;
+    Picture all(kWidth, kHeight);
+    ASSERT_EQ(pbm_render(ball.get(), &camera, nullptr, &all.api, &error), PBM_OK) << error.message;
+    for (const int flag : {PBM_NO_TEXTURE, PBM_NO_SHADOWS, PBM_NO_GROUND}) {
+        Picture less(kWidth, kHeight);
+        pbm_render_options options = PBM_NEW(pbm_render_options);
+        options.flags = static_cast<std::uint32_t>(flag);
+        ASSERT_EQ(pbm_render(ball.get(), &camera, &options, &less.api, &error), PBM_OK) << error.message;
+        EXPECT_NE(all.pixels, less.pixels) << flag;
+    }
+}
+
+} // namespace
+} // namespace pbm::test
