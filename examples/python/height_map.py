@@ -45,9 +45,9 @@ def colours_of(heights, slopes):
     return np.where(slopes[:, None] > 50, (120, 105, 90), colours).astype(np.uint8)
 
 
-vertices, faces, slopes = terrain(400)
+vertices, faces, slopes = terrain(300)
 report = pbm.build(vertices, faces, colours=colours_of(vertices[:, 1], slopes), fields={"slope": slopes},
-                   units={"slope": "degrees"}, depth=10, unit="m", up="y", lights="studio", shadows=True)
+                   units={"slope": "degrees"}, depth=9, unit="m", up="y", lights="studio", shadows=True)
 with report.model as model:
     print(f"{model.info.points} points, {model.info.file_bytes / 1e6:.1f} MB, voxels of {model.info.voxel_size:.3f} m")
     camera = model.default_camera((960, 540)).orbited(-20)
