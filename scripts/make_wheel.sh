@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # Makes the Python wheel: make_wheel.sh [BUILD_FOLDER [OUTPUT_FOLDER]], by default build/release and build/wheel.
 # The wheel holds libpbm, the programs, and every library that they need and that a system with glibc and the C++ run
-# time may lack. It needs no network.
+# time may lack. It needs no network, and of $PYTHON (by default Debian's) the packages build, setuptools and wheel.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 build=$(realpath "${1:-build/release}")
 output=$(realpath -m "${2:-build/wheel}")
+python=${PYTHON:-/usr/bin/python3}
 
 for file in "$build/bindings/c/libpbm.so.1" "$build/bin/pbm-build"; do
     [ -e "$file" ] || {
@@ -48,8 +49,9 @@ PBM_WHEEL_VERSION=$(sed -n 's/^CMAKE_PROJECT_VERSION:STATIC=//p' "$build/CMakeCa
 PBM_WHEEL_PLATFORM=manylinux_2_${minor}_$(uname -m)
 export PBM_WHEEL_VERSION PBM_WHEEL_PLATFORM
 mkdir -p "$output"
-python3 -m build --wheel --no-isolation --outdir "$output" "$stage" >"$stage/log" 2>&1 || {
-    cat "$stage/log" >&2
+cd "$stage" # where no folder is called build
+"$python" -m build --wheel --no-isolation --outdir "$output" . >log 2>&1 || {
+    cat log >&2
     exit 1
 }
 wheel=$output/pbm_scan-$PBM_WHEEL_VERSION-py3-none-$PBM_WHEEL_PLATFORM.whl

@@ -1,13 +1,19 @@
 // Points of a level in the caller's arrays.
 #include "model.h"
 
+#include "pbm_format/chunks/chunk.h"
 #include "pbm_format/model/octree.h"
+#include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/load_model.h"
 #include "system/threads/parallel.h"
+#include "system/threads/per_thread.h"
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <bit>
 #include <limits>
+#include <optional>
 #include <span>
 
 namespace pbm::c_api {
@@ -15,17 +21,19 @@ namespace {
 
 constexpr std::size_t kRadii = 256;
 
-// A range of points of one level: those of a chunk, or the root.
-struct PointRange {
-    std::size_t first, count;
+// Points of one level as they were decoded, and the index of the first one in the caller's arrays.
+struct DecodedPoints {
+    const PointAttributes &attributes;
+    std::size_t first;
+    std::size_t count() const { return attributes.size(); }
 };
 
-// Writes points of one level. Several threads write different ranges.
+// Writes points of one level. Several threads write different ones.
 class PointWriter {
   public:
-    PointWriter(const Model &model, int level, const pbm_points &to)
-        : to_(to), parameters_(model.parameters), level_(model.levels[static_cast<std::size_t>(level)]),
-          edge_(parameters_.grid.voxel_size_at(level)) {
+    // `parameters` and `to` must outlive the writer.
+    PointWriter(const ModelParameters &parameters, int level, const pbm_points &to)
+        : to_(to), parameters_(parameters), edge_(parameters.grid.voxel_size_at(level)) {
         if (to.normals != nullptr) {
             normals_.reserve(kNormalCount);
             for (const UnitVector &normal : normal_table())
@@ -39,74 +47,103 @@ class PointWriter {
     }
 
     bool needs_positions() const { return to_.positions != nullptr || to_.positions_f32 != nullptr; }
-
-    // The centre of voxel (x, y, z) as point `i`.
-    void place(std::size_t i, const std::array<std::uint32_t, 3> &voxel) const {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double at = parameters_.grid.origin[axis] + (voxel[axis] + 0.5) * edge_;
-            if (to_.positions != nullptr)
-                to_.positions[3 * i + axis] = at;
-            if (to_.positions_f32 != nullptr)
-                to_.positions_f32[3 * i + axis] = static_cast<float>(at - to_.offset[axis]);
-        }
+    bool needs_field(std::size_t f) const { return f < fields_.size() && !fields_[f].empty(); }
+    bool needs_fields() const {
+        return std::any_of(fields_.begin(), fields_.end(), [](const auto &values) { return !values.empty(); });
     }
 
-    // The children of voxels `parents`, one mask for each, as the points of `range`.
-    void place_children(std::span<const MortonCode> parents, ByteView masks, PointRange range) const {
-        std::size_t i = range.first;
-        const std::size_t end = range.first + range.count;
+    // The root as point 0.
+    void place_root() const {
+        place(to_.positions, [this](std::size_t axis) { return centre(axis, 0); });
+        place(to_.positions_f32, [this](std::size_t axis) { return centre(axis, 0) - to_.offset[axis]; });
+    }
+
+    // The children of voxels `parents`, one mask for each, as `count` points from `first` on.
+    void place_children(std::span<const MortonCode> parents, ByteView masks, std::size_t first,
+                        std::size_t count) const {
+        if (to_.positions != nullptr)
+            place_children(to_.positions + 3 * first, {}, parents, masks, count);
+        if (to_.positions_f32 != nullptr)
+            place_children(to_.positions_f32 + 3 * first, {to_.offset[0], to_.offset[1], to_.offset[2]}, parents, masks,
+                           count);
+    }
+
+    void write_attributes(const DecodedPoints &points) const {
+        const PointAttributes &from = points.attributes;
+        const std::size_t first = points.first, count = points.count();
+        if (to_.normals != nullptr)
+            for (std::size_t i = 0; i < count; ++i)
+                std::copy_n(normals_[from.normals[i] & kNormalIndexMask].data(), 3, to_.normals + 3 * (first + i));
+        if (to_.two_sided != nullptr)
+            for (std::size_t i = 0; i < count; ++i)
+                to_.two_sided[first + i] = (from.normals[i] & kTwoSidedBit) != 0 ? 1 : 0;
+        if (to_.radii != nullptr)
+            for (std::size_t i = 0; i < count; ++i)
+                to_.radii[first + i] = radii_[from.radii[i]];
+        if (to_.materials != nullptr)
+            for (std::size_t i = 0; i < count; ++i)
+                to_.materials[first + i] = material(from, i);
+        if (to_.colours != nullptr)
+            write_colours(points);
+    }
+
+    // `stored`: the numbers of a field that needs_field.
+    void write_field(std::size_t f, ByteView stored, std::size_t first) const {
+        const std::uint8_t bytes = parameters_.fields[f].bytes;
+        for (std::size_t i = 0; i < stored.size() / bytes; ++i)
+            to_.fields[f][first + i] = fields_[f][stored_value(stored, i, bytes)];
+    }
+
+  private:
+    double centre(std::size_t axis, std::uint32_t voxel) const {
+        return parameters_.grid.origin[axis] + (voxel + 0.5) * edge_;
+    }
+
+    template <class Number, class Coordinate> static void place(Number *to, const Coordinate &coordinate) {
+        for (std::size_t axis = 0; to != nullptr && axis < 3; ++axis)
+            to[axis] = static_cast<Number>(coordinate(axis));
+    }
+
+    template <class Number>
+    void place_children(Number *to, const std::array<double, 3> &offset, std::span<const MortonCode> parents,
+                        ByteView masks, std::size_t count) const {
+        const Number *const end = to + 3 * count;
         for (std::size_t n = 0; n < parents.size(); ++n) {
             const std::array<std::uint32_t, 3> parent = morton_decode(parents[n]);
-            for (unsigned mask = masks[n]; mask != 0 && i < end; mask &= mask - 1, ++i) {
+            std::array<std::array<Number, 2>, 3> at; // of the two halves along each axis
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                for (std::uint32_t half = 0; half < 2; ++half)
+                    at[axis][half] = static_cast<Number>(centre(axis, 2 * parent[axis] + half) - offset[axis]);
+            for (unsigned mask = masks[n]; mask != 0 && to != end; mask &= mask - 1, to += 3) {
                 const auto child = static_cast<unsigned>(std::countr_zero(mask));
-                place(i, {2 * parent[0] + (child & 1), 2 * parent[1] + (child >> 1 & 1), 2 * parent[2] + (child >> 2)});
+                to[0] = at[0][child & 1];
+                to[1] = at[1][child >> 1 & 1];
+                to[2] = at[2][child >> 2];
             }
         }
     }
 
-    void write_attributes(PointRange range) const {
-        const PointAttributes &points = level_.points;
-        const std::size_t first = range.first, last = range.first + range.count;
-        if (to_.normals != nullptr)
-            for (std::size_t i = first; i < last; ++i)
-                std::copy_n(normals_[points.normals[i] & kNormalIndexMask].data(), 3, to_.normals + 3 * i);
-        if (to_.two_sided != nullptr)
-            for (std::size_t i = first; i < last; ++i)
-                to_.two_sided[i] = (points.normals[i] & kTwoSidedBit) != 0 ? 1 : 0;
-        if (to_.radii != nullptr)
-            for (std::size_t i = first; i < last; ++i)
-                to_.radii[i] = radii_[points.radii[i]];
-        if (to_.materials != nullptr)
-            for (std::size_t i = first; i < last; ++i)
-                to_.materials[i] = material(i);
-        if (to_.colours != nullptr)
-            write_colours(first, last);
-        for (std::size_t f = 0; f < fields_.size(); ++f)
-            if (to_.fields[f] != nullptr)
-                for (std::size_t i = first; i < last; ++i)
-                    to_.fields[f][i] = fields_[f][stored_value(level_.fields[f], i, parameters_.fields[f].bytes)];
+    std::uint8_t material(const PointAttributes &from, std::size_t i) const {
+        return parameters_.attributes.material ? from.materials[i] : std::uint8_t{0};
     }
 
-  private:
-    std::uint8_t material(std::size_t i) const {
-        return parameters_.attributes.material ? level_.points.materials[i] : std::uint8_t{0};
-    }
-
-    void write_colours(std::size_t first, std::size_t last) const {
+    void write_colours(const DecodedPoints &points) const {
         const ColourFormat format = parameters_.attributes.colour;
-        const Bytes &colours = level_.points.colours;
+        const Bytes &colours = points.attributes.colours;
+        std::uint8_t *to = to_.colours + 3 * points.first;
         if (format == ColourFormat::rgb888) {
-            std::copy_n(colours.data() + 3 * first, 3 * (last - first), to_.colours + 3 * first);
+            std::copy_n(colours.data(), 3 * points.count(), to);
             return;
         }
-        for (std::size_t i = first; i < last; ++i) {
-            const Rgb8 colour = format == ColourFormat::none ? parameters_.materials[material(i)].colour
-                                                             : point_colour(colours, i, format);
-            std::copy(colour.begin(), colour.end(), to_.colours + 3 * i);
+        for (std::size_t i = 0; i < points.count(); ++i, to += 3) {
+            const Rgb8 colour = format == ColourFormat::none
+                                    ? parameters_.materials[material(points.attributes, i)].colour
+                                    : point_colour(colours, i, format);
+            std::copy(colour.begin(), colour.end(), to);
         }
     }
 
-    // The values of all stored numbers of a field.
+    // The values of all stored numbers of a field; none if the caller does not want it.
     std::vector<float> values_of(std::int32_t number) const {
         if (to_.fields[number] == nullptr)
             return {};
@@ -119,11 +156,10 @@ class PointWriter {
 
     const pbm_points &to_;
     const ModelParameters &parameters_;
-    const Level &level_;
     const double edge_; // of a voxel
     std::vector<std::array<float, 3>> normals_;
     std::array<float, kRadii> radii_{};
-    std::vector<std::vector<float>> fields_;
+    std::vector<std::vector<float>> fields_; // [fields of the caller][stored numbers]
 };
 
 std::span<const MortonCode> nodes_of(const std::vector<MortonCode> &codes, const ChunkEntry &chunk) {
@@ -147,29 +183,118 @@ std::vector<MortonCode> expand(const std::vector<MortonCode> &above, ByteView ma
     return codes;
 }
 
-// Writes all points of a level. `reader` has read the directories.
-Status write_points(Reader &reader, const Model &model, int level, const pbm_points &to) {
-    const PointWriter writer(model, level, to);
-    if (level == 0) {
-        if (writer.needs_positions())
-            writer.place(0, {0, 0, 0});
-        writer.write_attributes({0, 1});
+// Decodes the chunks of a level one by one and writes their points: they are nowhere as a whole but in the caller's
+// arrays.
+class LevelReader {
+  public:
+    // `above` holds the levels above, with fields if the writer needs any. All must outlive the reader.
+    LevelReader(const Reader &reader, const Model &above, const LevelDirectory &directory, const PointWriter &writer)
+        : reader_(reader), above_(above.levels.back()), directory_(directory), writer_(writer) {}
+
+    Status open_fields() {
+        Result<FieldReader> opened = FieldReader::open(reader_);
+        if (!opened)
+            return opened.error();
+        fields_ = std::move(*opened);
+        return fields_->read_directory(directory_);
+    }
+
+    // `nodes`: codes of the level above, if positions are needed.
+    Status run(const std::vector<MortonCode> &nodes, int threads) const {
+        std::vector<std::optional<Error>> failures(directory_.chunks.size());
+        std::atomic<bool> failed{false};
+        parallel_for(failures.size(), threads, [&](std::size_t i) {
+            if (failed)
+                return;
+            if (const Status written = write_chunk(i, nodes); !written) {
+                failures[i] = written.error();
+                failed = true;
+            }
+        });
+        for (std::optional<Error> &failure : failures)
+            if (failure)
+                return std::move(*failure);
         return {};
     }
-    std::vector<MortonCode> codes{0};
-    for (int l = 1; writer.needs_positions() && l < level; ++l)
-        codes =
-            expand(codes, model.levels[static_cast<std::size_t>(l)].masks, *reader.directory(l).value(), to.threads);
-    const LevelDirectory &directory = *reader.directory(level).value();
-    const Bytes &masks = model.levels[static_cast<std::size_t>(level)].masks;
-    parallel_for(directory.chunks.size(), to.threads, [&](std::size_t c) {
-        const ChunkEntry &chunk = directory.chunks[c];
-        const PointRange range{static_cast<std::size_t>(chunk.first_point), chunk.shape.points};
-        if (writer.needs_positions())
-            writer.place_children(nodes_of(codes, chunk), slice(masks, chunk.first_node, chunk.shape.nodes), range);
-        writer.write_attributes(range);
-    });
+
+  private:
+    Status write_chunk(std::size_t index, const std::vector<MortonCode> &nodes) const {
+        const ChunkEntry &entry = directory_.chunks[index];
+        Chunk &chunk = per_thread<Chunk>();
+        if (Status loaded = load(entry, index, chunk); !loaded)
+            return loaded;
+        const auto first = static_cast<std::size_t>(entry.first_point);
+        if (writer_.needs_positions())
+            writer_.place_children(nodes_of(nodes, entry), chunk.masks, first, entry.shape.points);
+        writer_.write_attributes({chunk.points, first});
+        Bytes stored;
+        for (std::size_t f = 0; fields_ && f < fields_->fields().size(); ++f) {
+            if (!writer_.needs_field(f))
+                continue;
+            const std::uint64_t bytes = fields_->fields()[f].bytes;
+            const ByteView parents = slice(above_.fields[f], bytes * entry.first_node, bytes * entry.shape.nodes);
+            if (Status loaded = fields_->load(directory_.level, index, f, chunk.masks, parents, stored); !loaded)
+                return loaded;
+            writer_.write_field(f, stored, first);
+        }
+        return {};
+    }
+
+    Status load(const ChunkEntry &entry, std::size_t index, Chunk &to) const {
+        if (reader_.header().storage() == Storage::mapped)
+            return reader_.load_chunk(directory_.level, index, {}, to);
+        const Result<HeldBytes> stored = reader_.source().require(chunk_range(entry));
+        if (!stored)
+            return stored.error();
+        const ParentNodes parents =
+            parent_nodes(entry, above_.masks, 0, above_.points, 0, reader_.parameters().attributes);
+        return decode_chunk(entry, stored->bytes, reader_.chunk_rules(directory_.level), parents, to);
+    }
+
+    const Reader &reader_;
+    const Level &above_;
+    const LevelDirectory &directory_;
+    const PointWriter &writer_;
+    std::optional<FieldReader> fields_;
+};
+
+// Writes the root.
+Status write_root(const Reader &reader, const PointWriter &writer) {
+    const PointAttributes root = root_points(reader.header().root, reader.parameters().attributes);
+    writer.place_root();
+    writer.write_attributes({root, 0});
+    if (!writer.needs_fields())
+        return {};
+    const Result<FieldReader> fields = FieldReader::open(reader);
+    if (!fields)
+        return fields.error();
+    for (std::size_t f = 0; f < fields->fields().size(); ++f)
+        if (writer.needs_field(f))
+            writer.write_field(f, fields->root_value(f), 0);
     return {};
+}
+
+// Writes all points of a level.
+Status write_points(Reader &reader, int level, const pbm_points &to) {
+    const PointWriter writer(reader.parameters(), level, to);
+    if (level == 0)
+        return write_root(reader, writer);
+    const Result<const LevelDirectory *> directory = reader.directory(level);
+    if (!directory)
+        return directory.error();
+    const Result<Model> above =
+        load_points(reader, {.max_level = level - 1, .threads = to.threads, .fields = writer.needs_fields()});
+    if (!above)
+        return above.error();
+    std::vector<MortonCode> nodes{0};
+    for (int l = 1; writer.needs_positions() && l < level; ++l)
+        nodes =
+            expand(nodes, above->levels[static_cast<std::size_t>(l)].masks, *reader.directory(l).value(), to.threads);
+    LevelReader chunks(reader, *above, **directory, writer);
+    if (writer.needs_fields())
+        if (Status opened = chunks.open_fields(); !opened)
+            return opened;
+    return chunks.run(nodes, to.threads);
 }
 
 Result<std::uint64_t> count_points(OpenModel &model, std::int32_t level) {
@@ -220,13 +345,9 @@ Status read_points(OpenModel &model, std::int32_t level, const pbm_points *point
     } else if (Status fetched = fetch_levels(model, level); !fetched) {
         return fetched;
     }
-    Reader &reader = whole ? *whole : model.reader;
-    const Result<Model> loaded =
-        load_points(reader, {.max_level = level, .threads = to->threads, .fields = needs_fields});
+    const Status done = write_points(whole ? *whole : model.reader, level, *to);
     drop_levels(model, level);
-    if (!loaded)
-        return loaded.error();
-    if (Status done = write_points(reader, *loaded, level, *to); !done)
+    if (!done)
         return done;
     if (written != nullptr)
         *written = *count;

@@ -29,7 +29,8 @@ def write_png(path, picture):
 def terrain(cells):
     """Vertices, faces, heights and slopes of a square of 100 m with hills."""
     x, z = np.meshgrid(np.linspace(0, 100, cells), np.linspace(0, 100, cells), indexing="ij")
-    y = sum(8 / octave * np.sin(octave * x / 9 + octave) * np.cos(octave * z / 7 - octave) for octave in (1, 2, 4, 8))
+    y = sum(9 / octave**1.6 * np.sin(octave * x / 11 + octave**2) * np.cos(octave * z / 9 - octave + x / 30)
+            for octave in range(1, 9))
     corner = np.arange(cells * cells).reshape(cells, cells)
     a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[:-1, 1:], corner[1:, 1:]
     faces = np.concatenate([np.stack([a, c, b], -1).reshape(-1, 3), np.stack([b, c, d], -1).reshape(-1, 3)])
@@ -41,17 +42,18 @@ def colours_of(heights, slopes):
     """Meadows below, snow above, rock where it is steep: [points][3], sRGB."""
     share = np.clip((heights - heights.min()) / np.ptp(heights), 0, 1)[:, None]
     colours = (1 - share) * (90, 140, 60) + share * (245, 245, 250)
-    return np.where(slopes[:, None] > 45, (120, 105, 90), colours).astype(np.uint8)
+    return np.where(slopes[:, None] > 50, (120, 105, 90), colours).astype(np.uint8)
 
 
-vertices, faces, slopes = terrain(400)
+vertices, faces, slopes = terrain(300)
 report = pbm.build(vertices, faces, colours=colours_of(vertices[:, 1], slopes), fields={"slope": slopes},
-                   units={"slope": "degrees"}, depth=10, unit="m", up="y", lights="studio", shadows=True)
+                   units={"slope": "degrees"}, depth=9, unit="m", up="y", lights="studio", shadows=True)
 with report.model as model:
     print(f"{model.info.points} points, {model.info.file_bytes / 1e6:.1f} MB, voxels of {model.info.voxel_size:.3f} m")
-    camera = model.default_camera((960, 540)).orbited(35)
+    camera = model.default_camera((960, 540)).orbited(-20)
+    camera.position += 0.2 * (camera.position - camera.focal_point)  # a corner came nearer
     write_png(sys.argv[1], model.render(camera, (960, 540), quality="fine", background=(255, 255, 255)))
     points = model.points(level=7)
-    steep = points["scalar_slope"] > 45
-    print(f"level 7: {len(steep)} points, {steep.mean():.0%} of them steeper than 45 degrees, "
+    steep = points["scalar_slope"] > 50
+    print(f"level 7: {len(steep)} points, {steep.mean():.0%} of them steeper than 50 degrees, "
           f"highest {points['positions'][:, 1].max():.1f} m")

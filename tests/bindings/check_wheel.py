@@ -31,7 +31,7 @@ def main():
         sys.exit(SKIPPED)
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary)
-        print(run("bash", source / "scripts/make_wheel.sh", build, folder / "dist"))
+        print(run("bash", source / "scripts/make_wheel.sh", build, folder / "dist", env={**os.environ, "PYTHON": sys.executable}))
         wheel, = (folder / "dist").glob("pbm_scan-*.whl")
         run(sys.executable, "-m", "venv", "--system-site-packages", folder / "venv")
         clean = {name: value for name, value in os.environ.items()

@@ -8,11 +8,14 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <unistd.h>
 
 namespace pbm::test {
 
@@ -106,7 +109,10 @@ class BallModel {
     pbm_error error_{};
 };
 
-inline std::string temporary(const std::string &name) { return testing::TempDir() + "pbm_c_" + name; }
+// A name of this process alone.
+inline std::string temporary(const std::string &name) {
+    return testing::TempDir() + "pbm_c_" + std::to_string(::getpid()) + "_" + name;
+}
 
 inline std::vector<std::uint8_t> read_file(const std::string &path) {
     std::ifstream file(path, std::ios::binary);
@@ -118,7 +124,9 @@ inline std::vector<std::uint8_t> ball_bytes(const Options &options = {{"depth", 
     const std::string path = temporary("bytes.pbvg");
     pbm_error error;
     EXPECT_EQ(build_ball(options, path.c_str(), nullptr, &error), PBM_OK) << error.message;
-    return read_file(path);
+    std::vector<std::uint8_t> bytes = read_file(path);
+    std::remove(path.c_str());
+    return bytes;
 }
 
 // A picture of a model with room of its own.

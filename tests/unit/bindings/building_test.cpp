@@ -55,6 +55,7 @@ TEST(CApiBuilding, ArraysAndAFileGiveTheSameModel) {
     ASSERT_EQ(pbm_set_option(builder, "depth", "6", &error), PBM_OK);
     ASSERT_EQ(pbm_add_file(builder, ply_of(ball).c_str(), &error), PBM_OK) << error.message;
     ASSERT_EQ(pbm_build(builder, nullptr, &of_file, &error), PBM_OK) << error.message;
+    std::remove(temporary("ball.ply").c_str());
     pbm_arrays arrays = ball.arrays();
     arrays.field_count = 0;
     ASSERT_EQ(pbm_add_arrays(builder, &arrays, &error), PBM_OK) << error.message;
@@ -165,6 +166,7 @@ TEST(CApiBuilding, TakesOptionsOfARecipe) {
     write("depth = \n");
     message_of({{"recipe", path.c_str()}}, PBM_USAGE);
     message_of({{"recipe", "/nowhere.toml"}}, PBM_IO);
+    std::remove(path.c_str());
 }
 
 TEST(CApiBuilding, NeedsAScanAndSomewhereToPutTheModel) {
@@ -248,6 +250,7 @@ TEST(CApiBuilding, ReportsProgressAndIsCancelledAtAnyStep) {
     EXPECT_GE(cancelled, all - 3);
     ASSERT_EQ(pbm_set_progress(builder, nullptr, nullptr, &error), PBM_OK);
     pbm_free_builder(builder);
+    std::remove(path.c_str());
 }
 
 TEST(CApiBuilding, SeveralScansBecomeOneModel) {
