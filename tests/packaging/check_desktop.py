@@ -3,10 +3,12 @@
 what opens it, and what is its thumbnail: check_desktop.py CMAKE BUILD WORK_FOLDER"""
 
 import configparser
+import json
 import os
 import pathlib
 import shlex
 import shutil
+import struct
 import subprocess
 import sys
 import xml.etree.ElementTree
@@ -66,7 +68,6 @@ def check_files():
     run("appstreamcli", "validate", "--no-net", share / "metainfo" / "org.pbm.view.metainfo.xml")
     check((icons / "apps" / (entry(desktop)["Icon"] + ".svg")).is_file(), "the application has no icon")
     check(shutil.which(entry(desktop)["TryExec"], path=prefix / "bin"), "the application's program is not installed")
-    # A desktop's name for a window that belongs to the application: what the program sets.
     check("pbm-view.desktop" in run("gio", "mime", MODEL_TYPE), "no application opens models")
 
 
@@ -105,11 +106,20 @@ def check_thumbnails(models):
             what = f"{model.name}, {size} pixels, {memory / 1e6:.0f} MB"
             print(what)
             check(code == 0 and not said, f"{what}: {code} {said}")
-            width, height, channels, pixels = read_png(picture)
-            check((width, height, channels) == (size, size, 4), f"{what}: is {width}x{height}, {channels} channels")
-            drawn = sum(alpha > 0 for alpha in pixels[3::4])
-            check(size * size // 20 < drawn < size * size, f"{what}: {drawn} pixels are drawn")
+            edges = struct.unpack(">II", picture.read_bytes()[16:24])
+            check(edges == (size, size), f"{what}: is {edges}")
             check(memory < THUMBNAIL_MEMORY, f"{what}: too much memory")
+        width, height, channels, pixels = read_png(work / "thumbnail.128")
+        check(channels == 4, f"{model.name}: not transparent")
+        drawn = sum(alpha > 0 for alpha in pixels[3::4])
+        check(width * height // 20 < drawn < width * height, f"{model.name}: {drawn} pixels are drawn")
+    # What does not fit is drawn coarser, and refused for other pictures.
+    fine = ["pbm-render", models[1], "-o", work / "fine.png", "--max-error", "0.1", "--json"]
+    points = [json.loads(run(*fine, "--thumbnail", "256", "--max-memory", limit))["points"] for limit in ("2400k", "1G")]
+    check(0 < points[0] < points[1], f"thumbnails with less and with more memory show {points} points")
+    code = subprocess.run([*fine, "--resolution", "256,256", "--max-memory", "2400k"], env=environment,
+                          capture_output=True).returncode
+    check(code == 4, f"a picture that does not fit ends with {code}")
     damaged, whole = folder / "damaged.pbvg", models[0].read_bytes()
     damaged.write_bytes(whole[: len(whole) // 2])
     code, said, _, picture = thumbnail(thumbnailer["Exec"], damaged, 256)
@@ -125,7 +135,7 @@ def main():
     # The second model is denser than thumbnails show; the third is drawn from the mapped file.
     models = [folder / name for name in ("model.pbvg", "dense.pbvg", "-mapped.pbvg")]
     run(programs / "pbm-sample", "-q", "--vertices", "20000", "-o", folder / "scan.ply")
-    run(programs / "pbm-sample", "-q", "--shape", "statue", "--points", "1000000", "-o", folder / "dense.ply")
+    run(programs / "pbm-sample", "-q", "--shape", "statue", "--points", "400000", "-o", folder / "dense.ply")
     run(programs / "pbm-build", "-q", folder / "scan.ply", "--depth", "8", "-o", models[0])
     run(programs / "pbm-build", "-q", folder / "dense.ply", "--depth", "10", "-o", models[1])
     run(programs / "pbm-build", "-q", folder / "dense.ply", "--depth", "10", "--store", "mapped", "-o", models[2])

@@ -100,7 +100,7 @@ void preset_thumbnail(int edge, ViewOptions &view) {
     view.look.samples = std::clamp(2 * kMaxFineThumbnail / edge, 1, kDefaultSamples);
     view.max_error = kDefaultMaxError * std::clamp(edge / kSharpThumbnail, 1.0, 2.0);
     view.look.render.background = {0, 0, 0, 0};
-    view.look.render.panorama = false;
+    view.look.render.panorama = view.look.render.ground = false;
     view.load.max_memory = kThumbnailMemory;
     view.load.threads = std::min(resolve_threads(0), kMaxThumbnailThreads);
 }
@@ -127,8 +127,8 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
              &arguments.depth_output, {.type = "FILE"});
     // Before the options of the view: those that are given too are stored later and win.
     line.add("--thumbnail",
-             "A picture for a file manager, PNG whatever its name: at most N x N pixels, transparent, in 64 MB of "
-             "memory; options of size, quality and look change it",
+             "A picture for a file manager, PNG whatever its name: at most N x N pixels, the model alone on a "
+             "transparent background, drawn in 64 MB of memory; options of size, quality and look change it",
              [&arguments](int edge) {
                  arguments.thumbnail = edge;
                  preset_thumbnail(edge, arguments.view);
