@@ -123,8 +123,8 @@ std::string bash(const ProgramHelp &help) {
         if (!values.words.empty())
             cases += "        mapfile -t COMPREPLY < <(compgen -W '" + joined(values.words, " ") + "' -- \"$word\")\n";
         if (values.files)
-            cases += std::string("        compopt -o filenames\n        mapfile -t COMPREPLY ") +
-                     (values.words.empty() ? "" : "-O ${#COMPREPLY[@]} ") + "< <(compgen -f -- \"$word\")\n";
+            cases += std::string("        compopt -o filenames\n        mapfile -t ") +
+                     (values.words.empty() ? "" : "-O ${#COMPREPLY[@]} ") + "COMPREPLY < <(compgen -f -- \"$word\")\n";
         cases += "        return\n        ;;\n";
     }
     return "# Completion of " + help.program + " for bash.\n" + function_name(help) +
@@ -166,10 +166,11 @@ std::string zsh(const ProgramHelp &help) {
             else if (!values.words.empty())
                 action += "(" + joined(values.words, " ") + ")";
         }
+        const std::string text = "[" + escaped(short_text(*option), "[]\\") + "]";
         for (const std::string &name : modern_names(*option)) {
             const std::string sign = !values.expected ? "" : values.optional ? "=-" : name.size() == 2 ? "+" : "=";
-            script +=
-                " \\\n    " + in_quotes("*" + name + sign + "[" + escaped(short_text(*option), "[]\\") + "]" + action);
+            script += " \\\n    ";
+            script += in_quotes(std::string("*").append(name).append(sign).append(text).append(action));
         }
     }
     return script + " \\\n    '*:FILE:_files'\n";
