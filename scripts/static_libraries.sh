@@ -11,14 +11,16 @@ trap 'rm -rf "$work"' EXIT
 chmod 755 "$work" # apt fetches as a user of its own
 mkdir -p "$work"/{archives,lists/partial} "$made"
 for file in /etc/apt/sources.list /etc/apt/sources.list.d/debian.sources; do
-    [ ! -f "$file" ] || sed 's/^Types: deb$/Types: deb-src/; s/^deb /deb-src /' "$file" >"$work/archives/$(basename "$file")"
+    [ ! -f "$file" ] || sed 's/^Types: deb$/Types: deb-src/; s/^deb /deb-src /' "$file" >"$work/archives/${file##*/}"
 done
-[ ! -f "$work/archives/sources.list" ] || mv "$work/archives/sources.list" "$work/archives/sources_list.list"
-options=(-qq -o Dir::Etc::SourceList=/dev/null -o "Dir::Etc::SourceParts=$work/archives" -o "Dir::State::Lists=$work/lists")
+touch "$work/archives/sources.list"
+options=(-qq -o "Dir::Etc::SourceList=$work/archives/sources.list" -o "Dir::Etc::SourceParts=$work/archives"
+    -o "Dir::State::Lists=$work/lists")
 apt-get "${options[@]}" update
 cd "$work"
 apt-get "${options[@]}" source --download-only libisal 2>&1 | sed '/unsandboxed/d' >&2
 dpkg-source --no-check -x libisal_*.dsc isal >/dev/null
-make -s -C isal -f Makefile.unx -j "$(nproc)" units="igzip crc" lib >"$work/log" 2>&1 || { cat "$work/log" >&2 && exit 1; }
+make -s -C isal -f Makefile.unx -j "$(nproc)" units="igzip crc" lib >"$work/log" 2>&1 ||
+    { cat "$work/log" >&2 && exit 1; }
 mv isal/bin/isa-l.a "$made/libisal.a"
 echo "$made/libisal.a"

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Builds packaging/container/Containerfile with buildah and prints by how much its image is larger than its base, a clean
-# Debian 12 made by mmdebstrap: nothing comes from a registry of images. try_container.sh [FOLDER]
+# Builds packaging/container/Containerfile with buildah and prints by how much its image is larger than its base, a
+# clean Debian 12 made by mmdebstrap: nothing comes from a registry of images. try_container.sh [FOLDER]
 #   FOLDER  where images lie; default: a temporary folder, removed in the end
-# Root only. Needs the set `packaging` of install_packages.sh and the network of apt. Ends with 77 where these are missing.
+# Root only. Needs the set `packaging` of install_packages.sh and the network of apt. Ends with 77 where the set is
+# missing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 for program in buildah mmdebstrap; do

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Tries the Debian packages as a new user would: builds them, asks lintian, installs them with apt into a clean Debian 12,
-# runs the programs on a sample, purges them, and looks for what is left. try_packages.sh [--built] [FOLDER]
+# Tries the Debian packages as a new user would: builds them, asks lintian, installs them with apt into a clean Debian
+# 12, runs the programs on a sample, purges them, and looks for what is left. try_packages.sh [--built] [FOLDER]
 #   --built  takes the packages of build/package/packages as they are
 #   FOLDER   where the Debian is made; default: a temporary folder, removed in the end
-# Root only. Needs the set `packaging` of install_packages.sh and the network of apt. Ends with 77 where these are missing.
+# Root only. Needs the set `packaging` of install_packages.sh and the network of apt. Ends with 77 where the set is
+# missing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 built=false
@@ -32,11 +33,17 @@ clean() {
 [ $# -eq 0 ] && trap clean EXIT || trap 'clean keep' EXIT
 [ -d "$root/etc" ] || mmdebstrap --quiet --variant=apt bookworm "$root"
 mount -t proc proc "$root/proc"
-inside() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 HOME=/root "$@"; }
+inside() {
+    chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 HOME=/root "$@"
+}
+# Runs a command in the chroot; what it says is printed only if it fails.
+quietly() {
+    inside sh -ec "$1" >"$root/root/log" 2>&1 || { cat "$root/root/log" >&2 && exit 1; }
+}
 # Every file but those in which apt, dpkg and ldconfig keep their own state.
 list() {
-    (cd "$root" && find . -xdev \( -path ./proc -o -path ./var/log -o -path ./var/cache -o -path ./var/lib/apt -o -path ./var/lib/dpkg \
-        -o -path ./var/tmp -o -path ./root -o -path ./run -o -path ./tmp \) -prune -o -print) | grep -vx './etc/ld.so.cache' | sort
+    (cd "$root" && find . -xdev) |
+        grep -Ev '^\./(proc|root|run|tmp|var/log|var/cache|var/tmp|var/lib/apt|var/lib/dpkg)(/|$)|^\./etc/ld.so.cache$' | sort
     (cd "$root/var/lib/dpkg" && find info alternatives -type f) | sort
 }
 inside apt-get -qq update
@@ -47,8 +54,7 @@ before=$(grown)
 
 mkdir -p "$root/root/packages"
 cp $packages/*.deb "$root/root/packages/"
-inside sh -c 'apt-get -qq install --yes --no-install-recommends /root/packages/pbm-tools_*.deb >/root/log 2>&1' ||
-    { cat "$root/root/log" >&2 && exit 1; }
+quietly 'apt-get -qq install --yes --no-install-recommends /root/packages/pbm-tools_*.deb'
 inside apt-get clean
 echo "pbm-tools with what it needs: $(($(grown) - before)) MB above the clean Debian"
 inside sh -ec '
@@ -69,21 +75,22 @@ milliseconds() { # of the fastest of ten runs
         echo $((($(date +%s%N) - from) / 100000))
     done | sort -n | sed -n '1s/\(.\)$/.\1/p'
 }
-echo "from chroot to PNG: $(milliseconds inside pbm-render -q /root/sample.pbvg -o /root/sample.png) ms; /bin/true: $(milliseconds inside true) ms"
+echo "from chroot to PNG: $(milliseconds inside pbm-render -q /root/sample.pbvg -o /root/sample.png) ms," \
+    "of which an empty program takes $(milliseconds inside true)"
 
-inside sh -c 'apt-get -qq install --yes --no-install-recommends /root/packages/*.deb >/root/log 2>&1' ||
-    { cat "$root/root/log" >&2 && exit 1; }
+quietly 'apt-get -qq install --yes --no-install-recommends /root/packages/*.deb'
 inside pbm-view --version
 test -s "$root/usr/share/man/man1/pbm-view.1.gz" -a -s "$root/usr/share/applications/pbm-view.desktop"
 if compgen -G "$packages/libpbm-dev_*" >/dev/null; then # the installed package serves another project
-    inside sh -c 'apt-get -qq install --yes --no-install-recommends g++ cmake make >/root/log 2>&1 && mkdir -p /root/project &&
-        cp -r /usr/share/doc/pbm/examples /root/project/ && cd /root/project && cmake -S examples -B build >/root/log 2>&1 &&
-        cmake --build build >/root/log 2>&1 && build/read_points /root/sample.pbvg 3 >/root/points' ||
-        { cat "$root/root/log" >&2 && exit 1; }
+    quietly 'apt-get -qq install --yes --no-install-recommends g++ cmake make
+        cp -r /usr/share/doc/pbm/examples /root/examples
+        cmake -S /root/examples -B /root/examples/build
+        cmake --build /root/examples/build
+        /root/examples/build/read_points /root/sample.pbvg 3'
     echo "examples built with libpbm-dev"
 fi
 names=$(inside sh -c 'dpkg-query -W -f="\${Package}\n" "*pbm*"')
-inside sh -c "apt-get -qq purge --yes $(echo $names) g++ cmake make >/root/log 2>&1 && apt-get -qq autoremove --purge --yes >>/root/log 2>&1"
+quietly "apt-get -qq purge --yes $(echo $names) g++ cmake make && apt-get -qq autoremove --purge --yes"
 list >"$root/root/after"
 if ! diff "$root/root/before" "$root/root/after"; then
     echo "FAILED: files are left" >&2

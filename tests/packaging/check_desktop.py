@@ -115,7 +115,8 @@ def check_thumbnails(models):
         check(width * height // 20 < drawn < width * height, f"{model.name}: {drawn} pixels are drawn")
     # What does not fit is drawn coarser, and refused for other pictures.
     fine = ["pbm-render", models[1], "-o", work / "fine.png", "--max-error", "0.1", "--json"]
-    points = [json.loads(run(*fine, "--thumbnail", "256", "--max-memory", limit))["points"] for limit in ("2400k", "1G")]
+    points = [json.loads(run(*fine, "--thumbnail", "256", "--max-memory", limit))["points"]
+              for limit in ("2400k", "1G")]
     check(0 < points[0] < points[1], f"thumbnails with less and with more memory show {points} points")
     code = subprocess.run([*fine, "--resolution", "256,256", "--max-memory", "2400k"], env=environment,
                           capture_output=True).returncode
