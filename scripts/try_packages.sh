@@ -49,7 +49,7 @@ list() {
 inside apt-get -qq update
 inside apt-get -qq autoremove --purge --yes >/dev/null
 list >"$root/root/before"
-grown() { du -sm --exclude=proc --exclude="apt" "$root" | cut -f1; }
+grown() { du -sm --exclude=proc --exclude=apt --exclude=packages "$root" | cut -f1; }
 before=$(grown)
 
 mkdir -p "$root/root/packages"
