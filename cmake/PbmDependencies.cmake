@@ -9,6 +9,9 @@ if(NOT PBM_ZSTD_TARGET)
     find_package(zstd REQUIRED)
     set(PBM_FINDS_ZSTD TRUE) # and whoever uses the installed libraries must
     set(PBM_ZSTD_TARGET zstd::libzstd_shared)
+    if(PBM_STATIC)
+        set(PBM_ZSTD_TARGET zstd::libzstd_static)
+    endif()
 endif()
 
 # Headers only: the one thing of Highway's own library that its headers need is system/simd/simd_targets.cpp.

@@ -1,6 +1,7 @@
 # find_package(pbm) for outside projects: pbm::c, pbm::format, pbm::bake, pbm::render, pbm::pbm-build and pbm_add_asset().
 include(CMakePackageConfigHelpers)
 set(PBM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pbm)
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME libpbm-dev)
 
 set(libraries base system reading checking writing format surface bake render)
 foreach(name ${libraries})
@@ -53,12 +54,22 @@ while(waiting)
     endif()
     install(FILES ${source} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder})
 endwhile()
-install(FILES LICENSE README.md format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt
-    docs/reference/validator-codes.md DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
-install(FILES format_spec/bvg.magic DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm)
-install(DIRECTORY bazel DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm)
+# With the folders of the tree, so that links between pages lead somewhere.
+install(FILES CHANGELOG.md LICENSE README.md SECURITY.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT pbm-doc)
+install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT pbm-doc PATTERN "*.sh" EXCLUDE)
+install(FILES format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt
+    DESTINATION ${CMAKE_INSTALL_DOCDIR}/format_spec COMPONENT pbm-doc)
+install(FILES format_spec/bvg.magic DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm COMPONENT pbm-tools)
+install(DIRECTORY bazel DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm COMPONENT libpbm-dev)
 
 install(EXPORT pbmTargets NAMESPACE pbm:: DESTINATION ${PBM_CMAKE_DIR})
+# The programs of each package, since one may be installed without the other.
+if(TARGET pbm-render)
+    install(EXPORT pbm-tools NAMESPACE pbm:: DESTINATION ${PBM_CMAKE_DIR} COMPONENT pbm-tools)
+endif()
+if(TARGET pbm-view)
+    install(EXPORT pbm-viewer NAMESPACE pbm:: DESTINATION ${PBM_CMAKE_DIR} COMPONENT pbm-viewer)
+endif()
 # Not in a folder that find_package searches: PATH may hold the build's programs, and without its installed neighbours
 # this package is broken.
 set(package ${CMAKE_CURRENT_BINARY_DIR}/to_install)

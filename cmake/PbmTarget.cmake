@@ -69,30 +69,43 @@ function(pbm_compiled target)
     endif()
 endfunction()
 
-# All man pages; each is made by its own program.
+# All man pages and completions of shells; each is made by its own program.
 add_custom_target(man ALL)
+set(PBM_ZSH_COMPLETIONS_DIR ${CMAKE_INSTALL_DATADIR}/zsh/site-functions CACHE STRING
+    "Where zsh's completions are installed; Debian's packages use share/zsh/vendor-completions")
 
 # pbm_program(NAME [QUICK] LIBRARIES...): one of the installed programs, from main.cpp of the current folder and further
-# SOURCES, and its man page. QUICK: the C++ run time is part of it, since to load it takes a third of the time in which the
-# program starts and ends; not for programs that use libraries in C++ which are not.
+# SOURCES, its man page and its completions, all in the current component. QUICK: the C++ run time is part of it, since to load it takes a third of the
+# time in which the program starts and ends; not for programs that use libraries in C++ which are not.
 function(pbm_program name)
     cmake_parse_arguments(ARG "QUICK" "" "SOURCES;LIBRARIES" ${ARGN})
     add_executable(${name} main.cpp ${ARG_SOURCES})
     target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} pbm_warnings)
-    if(ARG_QUICK AND NOT PBM_SANITIZE)
+    if(ARG_QUICK AND NOT PBM_SANITIZE AND NOT PBM_STATIC)
         target_link_options(${name} PRIVATE -static-libstdc++ -static-libgcc)
     endif()
     target_compile_definitions(${name} PRIVATE PBM_VERSION="${PROJECT_VERSION}")
     pbm_compiled(${name} UNOPTIMISED)
-    install(TARGETS ${name} EXPORT pbmTargets RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    install(TARGETS ${name} EXPORT ${CMAKE_INSTALL_DEFAULT_COMPONENT_NAME} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 
-    set(page ${CMAKE_BINARY_DIR}/man/${name}.1)
-    file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/man)
-    add_custom_command(OUTPUT ${page} COMMAND ${name} --help=man > ${page} DEPENDS ${name}
-        COMMENT "Writing man page ${name}.1" VERBATIM)
-    add_custom_target(${name}-man DEPENDS ${page})
+    set(pages ${CMAKE_BINARY_DIR}/man)
+    file(MAKE_DIRECTORY ${pages})
+    set(man ${pages}/${name}.1)
+    set(bash ${pages}/${name}.bash)
+    set(zsh ${pages}/_${name})
+    set(fish ${pages}/${name}.fish)
+    add_custom_command(OUTPUT ${man} ${bash} ${zsh} ${fish}
+        COMMAND ${name} --help=man > ${man}
+        COMMAND ${name} --help=bash > ${bash}
+        COMMAND ${name} --help=zsh > ${zsh}
+        COMMAND ${name} --help=fish > ${fish}
+        DEPENDS ${name} COMMENT "Writing man page and completions of ${name}" VERBATIM)
+    add_custom_target(${name}-man DEPENDS ${man})
     add_dependencies(man ${name}-man)
-    install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+    install(FILES ${man} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+    install(FILES ${bash} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME ${name})
+    install(FILES ${zsh} DESTINATION ${PBM_ZSH_COMPLETIONS_DIR})
+    install(FILES ${fish} DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
     if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/report.schema.json) # of --json
         install(FILES report.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm RENAME ${name}.schema.json)
     endif()

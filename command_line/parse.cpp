@@ -1,5 +1,6 @@
 #include "command_line/parse.h"
 
+#include "command_line/help/completion.h"
 #include "command_line/json_report.h"
 #include "system/files/mapped_file.h"
 
@@ -456,6 +457,10 @@ Error unknown_name(const CommandLine &line, const std::string &name) {
 }
 
 int print_help(const ProgramHelp &help, const std::string &topic) {
+    if (const auto script = completion_script(help, topic)) {
+        std::cout << *script;
+        return 0;
+    }
     const auto page = help_page(help, topic);
     if (!page)
         return fail_usage(help.program, page.error().message);

@@ -3,7 +3,7 @@
 
 #include "command_line/command_line.h"
 #include "command_line/error_log.h"
-#include "command_line/help.h"
+#include "command_line/help/help.h"
 #include "command_line/setting.h"
 #include "command_line/spelling.h"
 
@@ -33,10 +33,11 @@ struct SettingsFile {
 bool is_below(const std::string &file, const std::string &settings);
 
 // Target of an option's value: a variable (bool: the option is a flag) or a function (without parameter: the option is
-// a flag; an error that it returns is a usage error).
+// a flag; functions are called in the order of declaration; an error that it returns is a usage error).
 using Target = std::variant<bool *, int *, unsigned *, std::uint64_t *, double *, std::string *, std::optional<int> *,
                             std::optional<std::uint64_t> *, std::optional<double> *, std::vector<std::string> *,
-                            std::function<void()>, std::function<Status(const std::string &)>, Version, SettingsFile>;
+                            std::function<void()>, std::function<void(int)>, std::function<Status(const std::string &)>,
+                            Version, SettingsFile>;
 
 // Condition on a value: inclusive limits, one of some words, or a function that returns no complaint.
 struct Integers {
@@ -93,7 +94,8 @@ struct CommandLine {
 };
 
 // Parses. Returns the exit code if the program is done (help, version, a usage error), else nothing. Adds the options
-// of all programs: --help TOPIC and --log FILE. --json, if declared, also takes the JSON of a failure.
+// of all programs: --help TOPIC (help/help.h; "bash", "zsh" and "fish" print the scripts of help/completion.h) and
+// --log FILE. --json, if declared, also takes the JSON of a failure.
 std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<const OldSwitch> switches = {},
                          const Manual &manual = {});
 

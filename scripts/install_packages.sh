@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|demo|all|peers]
+# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|demo|all|peers|packaging]
 #   runtime  to build the format library, the renderer and pbm-render: nothing that knows of displays
 #   viewer   also pbm-view
 #   demo     to build every program but pbm-view: what scripts/demo.sh needs
 #   all      also pbm-view, the tests, the benches' peers, the linters and the fuzzers (default)
 #   peers    also F3D and CGAL, which bench/run and bench/normals measure against: 500 MB
+#   packaging  also what scripts/try_packages.sh, try_static.sh and try_container.sh need
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -20,13 +21,15 @@ all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     valgrind zstd make mandoc groff-base draco lib32stdc++-12-dev libc6-dev-i386
     xvfb xdotool imagemagick libgl1-mesa-dri
     abigail-tools python3-numpy python3-build python3-venv python3-setuptools python3-wheel patchelf
+    desktop-file-utils appstream shared-mime-info xdg-utils libglib2.0-bin zsh fish
     clang libclang-rt-14-dev clang-tidy clang-format)
 peers=("${all[@]}" f3d libcgal-dev)
+packaging=("${all[@]}" mmdebstrap lintian dpkg-dev file nasm buildah)
 
 case ${1:-all} in
-runtime | viewer | demo | all | peers) declare -n packages=${1:-all} ;;
+runtime | viewer | demo | all | peers | packaging) declare -n packages=${1:-all} ;;
 *)
-    echo "usage: install_packages.sh [runtime|viewer|demo|all|peers]" >&2
+    echo "usage: install_packages.sh [runtime|viewer|demo|all|peers|packaging]" >&2
     exit 1
     ;;
 esac

@@ -41,8 +41,11 @@ if (prefix / "bin" / "pbm-view").exists():
     check("pbm-view" in run(prefix / "bin" / "pbm-view", "--help"), "pbm-view --help does not name itself")
     run(prefix / "bin" / "pbm-validate", prefix / "share" / "pbm" / "sample.pbvg")
 check(list(prefix.glob("share/doc/*/LICENSE")), "LICENSE is not installed")
-check(list(prefix.glob("share/doc/*/BVG.md")), "BVG.md is not installed")
-check(list(prefix.glob("share/doc/*/mask_ranks.txt")), "mask_ranks.txt, a table of BVG.md, is not installed")
+check(list(prefix.glob("share/doc/*/format_spec/BVG.md")), "BVG.md is not installed")
+check(list(prefix.glob("share/doc/*/format_spec/mask_ranks.txt")), "mask_ranks.txt, a table of BVG.md, is not installed")
+for name in ("man/man1/pbm-build.1", "bash-completion/completions/pbm-build", "zsh/site-functions/_pbm-build",
+             "fish/vendor_completions.d/pbm-build.fish"):
+    check((prefix / "share" / name).stat().st_size > 1000, f"{name} is not installed")
 for name in ("failure", "pbm-build", "pbm-export", "pbm-info", "pbm-render", "pbm-validate", "pbm-validate-codes"):
     check((prefix / f"share/pbm/{name}.schema.json").is_file(), f"the schema of {name} is not installed")
 for file in prefix.rglob("*.cmake"):

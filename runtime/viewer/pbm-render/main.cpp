@@ -19,12 +19,14 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <iomanip>
 #include <optional>
 #include <ostream>
 #include <span>
 #include <sstream>
+#include <string>
 #include <system_error>
 
 namespace {
@@ -37,8 +39,10 @@ struct Arguments {
     ViewOptions view;
     ScanOptions scans;
     VideoChoice choice;
-    int bench = 0; // frames
+    int bench = 0;     // frames
+    int thumbnail = 0; // largest width and height, pixels; 0: a picture of any size
 
+    Result<PictureForm> form() const { return thumbnail > 0 ? PictureForm::png : picture_form(output); }
     const VideoOptions &video() const { return choice.video; }
     bool wants_still() const { return !output.empty() || !depth_output.empty(); }
     bool wants_picture() const { return wants_still() || bench > 0; }
@@ -82,6 +86,34 @@ int fail(const std::string &file, const Error &error) {
     return command_line::fail(kProgram, file, with_advice(kProgram, error));
 }
 
+// A thumbnail holds at most this many bytes of decoded chunks: with the program, the pixels and what was read of a file
+// it takes less than 64 MB. A model that needs more is drawn coarser.
+constexpr std::uint64_t kThumbnailMemory = 20 << 20;
+constexpr int kMaxThumbnail = 1024, kMaxFineThumbnail = 512; // pixels; a larger fine one takes too much time and memory
+constexpr double kSharpThumbnail = 256;                      // pixels; larger ones show voxels of up to twice the size
+constexpr int kMaxThumbnailThreads = 4;                      // each takes memory of its own
+
+// The options that --thumbnail stands for. `edge`: pixels.
+void preset_thumbnail(int edge, ViewOptions &view) {
+    view.resolution = {edge, edge};
+    view.look.quality = edge <= kMaxFineThumbnail ? Quality::fine : Quality::fast;
+    view.look.samples = std::clamp(2 * kMaxFineThumbnail / edge, 1, kDefaultSamples);
+    view.max_error = kDefaultMaxError * std::clamp(edge / kSharpThumbnail, 1.0, 2.0);
+    view.look.render.background = {0, 0, 0, 0};
+    view.look.render.panorama = view.look.render.ground = false;
+    view.load.max_memory = kThumbnailMemory;
+    view.load.threads = std::min(resolve_threads(0), kMaxThumbnailThreads);
+}
+
+// The size with the same aspect, up to rounding, whose edges are at most `edge` pixels.
+glm::ivec2 fitted(glm::ivec2 size, int edge) {
+    const int longest = std::max({size.x, size.y, edge});
+    const auto scaled = [&](int pixels) {
+        return std::max(1, static_cast<int>(std::lround(static_cast<double>(pixels) * edge / longest)));
+    };
+    return {scaled(size.x), scaled(size.y)};
+}
+
 // Fills `arguments`, or returns the exit code if the program is done.
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     command_line::CommandLine line{std::string(kProgram),
@@ -93,6 +125,15 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
              {.type = "FILE"});
     line.add("--depth-output", "PFM file of depths: distance along the view direction in model units, +inf where empty",
              &arguments.depth_output, {.type = "FILE"});
+    // Before the options of the view: those that are given too are stored later and win.
+    line.add("--thumbnail",
+             "A picture for a file manager, PNG whatever its name: at most N x N pixels, the model alone on a "
+             "transparent background, drawn in 64 MB of memory; options of size, quality and look change it",
+             [&arguments](int edge) {
+                 arguments.thumbnail = edge;
+                 preset_thumbnail(edge, arguments.view);
+             },
+             {.type = "N", .check = command_line::Integers{1, kMaxThumbnail}});
     add_view_options(line, arguments.view);
     add_renderer_option(line, arguments.view);
     add_scan_options(line, arguments.scans);
@@ -110,6 +151,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
              .examples = {
                  {"pbm-render scan.pbvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
                  {"pbm-render scan.pbvg -o - --no-background | display", "A transparent picture for the next program."},
+                 {"pbm-render scan.pbvg -q --thumbnail 256 -o scan.png", "A thumbnail."},
                  {"pbm-render scan.pbvg --turntable scan.avi --quality fine",
                   "A video once round the model; fine frames take 10 to 20 times as long."},
                  {"pbm-render scan.pbvg --turntable - | ffmpeg -f rawvideo -pix_fmt rgb24 -s 1280x720 -r 30 "
@@ -120,6 +162,11 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
         arguments.view.look.render.background = {0, 0, 0, 0};
         arguments.view.look.render.panorama = false;
     }
+    if (arguments.thumbnail > 0) {
+        if (arguments.view.renderer == Renderer::reference)
+            return fail_usage("--renderer reference loads whole levels; leave out --thumbnail");
+        arguments.view.resolution = fitted(arguments.view.resolution, arguments.thumbnail);
+    }
     if (arguments.view.renderer == Renderer::reference && arguments.view.look.quality == Quality::fine)
         return fail_usage("--renderer reference draws no fine pictures; leave out --quality fine");
     if (arguments.view.renderer == Renderer::reference)
@@ -128,7 +175,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
         return fail_usage(known.error().message);
     if (!arguments.wants_picture() && arguments.video().output.empty())
         return fail_usage("nothing to do: name a picture with -o or a video with --turntable");
-    if (const auto form = picture_form(arguments.output); !form)
+    if (const auto form = arguments.form(); !form)
         return fail_usage(form.error().message);
     return std::nullopt;
 }
@@ -256,8 +303,7 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
     // On an opaque background every pixel is opaque: rows can be encoded before all of them are drawn.
     std::optional<PngBands> bands;
     RowTasks tasks;
-    if (!arguments.output.empty() && *picture_form(arguments.output) == PictureForm::png &&
-        view.look.render.background[3] == 255) {
+    if (!arguments.output.empty() && *arguments.form() == PictureForm::png && view.look.render.background[3] == 255) {
         bands.emplace(picture, true, threads);
         tasks = {.count = bands->count(),
                  .end_row = [&](std::size_t band) { return bands->end_row(band); },
@@ -273,8 +319,7 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
 
     if (!arguments.output.empty()) {
         const Stopwatch encoding;
-        const auto file =
-            bands ? bands->finish() : encode_picture(picture, *picture_form(arguments.output), view.load.threads);
+        const auto file = bands ? bands->finish() : encode_picture(picture, *arguments.form(), view.load.threads);
         if (!file)
             return fail(arguments.output, file.error());
         statistics.encode_ms = encoding.milliseconds();
@@ -379,7 +424,9 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
     if (!camera)
         return camera.error().code == ErrorCode::usage ? fail_usage(camera.error().message)
                                                        : command_line::fail(kProgram, arguments.input, camera.error());
-    if (const Status loaded = drawer.load(*camera, view.resolution); !loaded)
+    const Status loaded = drawer.load(*camera, view.resolution);
+    const bool is_coarser = !loaded && arguments.thumbnail > 0 && loaded.error().code == ErrorCode::memory;
+    if (!loaded && !is_coarser)
         return fail(arguments.input, loaded.error());
     statistics.load_ms = loading.milliseconds();
     statistics.file_bytes = drawer.file_size();

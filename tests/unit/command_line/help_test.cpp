@@ -1,5 +1,5 @@
 // Help pages and suggestions.
-#include "command_line/help.h"
+#include "command_line/help/help.h"
 #include "command_line/spelling.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "command_line/help.h"
+#include "command_line/help/help.h"
 
 #include "command_line/spelling.h"
 
