@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|demo|all|peers]
+# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|demo|all|peers|site]
 #   runtime  to build the format library, the renderer and pbm-render: nothing that knows of displays
 #   viewer   also pbm-view
 #   demo     to build every program but pbm-view: what scripts/demo.sh needs
 #   all      also pbm-view, the tests, the benches' peers, the linters and the fuzzers (default)
 #   peers    also F3D and CGAL, which bench/run and bench/normals measure against: 500 MB
+#   site     for scripts/make_site.sh alone, and Chromium, in which its nightly test opens the site
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -20,11 +21,12 @@ all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     xvfb xdotool imagemagick libgl1-mesa-dri
     clang libclang-rt-14-dev clang-tidy clang-format)
 peers=("${all[@]}" f3d libcgal-dev)
+site=(mkdocs mkdocs-material python3-pil chromium)
 
 case ${1:-all} in
-runtime | viewer | demo | all | peers) declare -n packages=${1:-all} ;;
+runtime | viewer | demo | all | peers | site) declare -n packages=${1:-all} ;;
 *)
-    echo "usage: install_packages.sh [runtime|viewer|demo|all|peers]" >&2
+    echo "usage: install_packages.sh [runtime|viewer|demo|all|peers|site]" >&2
     exit 1
     ;;
 esac
