@@ -79,6 +79,9 @@ def parse(lines):
     blocks, comment = [], []
     while at < len(lines):
         line = lines[at]
+        if line == "#ifdef __cplusplus":  # what C++ sees of a C header says the same in another form
+            while lines[at] not in ("#else", "#endif"):
+                at += 1
         text, after = comment_lines(lines, at)
         if text is not None:
             comment, at = text, after
@@ -163,11 +166,11 @@ def names(declaration):
         if depth == 0:
             plain = re.sub(r"^\s*(template\s*<.*>\s*)?((typedef|extern|static|inline|constexpr|\[\[\w+\]\]|PBM_\w+) )*",
                            "", plain)
-            match = (re.match(r"#define (\w+)", plain)
+            match = (re.match(r"#define (\w+)", plain) or re.match(r"[\w ]+\(\*(\w+)\)\(", plain)
                      or re.match(r"(?:struct|class|enum class|enum|union) (?:PBM_\w+ )?(\w+)(?=[\s:;{])(?![^;{]*\()", plain)
                      or re.match(r"using (\w+) =", plain) or re.match(r"[^=(]*?(operator\S+?|~?\w+)\s*\(", plain)
                      or re.match(r"[^={]*?(\w+)(\[[^\]]*\])?\s*(=|{|;)", plain))
-            if match and match[1] not in found + ["static_assert"] and not plain.startswith((" ", "requires", ")", "}")):
+            if match and match[1] not in found + ["static_assert", "enum"] and not plain.startswith((" ", "requires", ")", "}")):
                 found.append(match[1])
         depth += sum(map(plain.count, "({[")) - sum(map(plain.count, ")}]"))
     return found
@@ -229,7 +232,7 @@ def declarations(header, level, taken):
             out.append(prose(comment))
         if declaration:
             language = "c" if header.path.startswith("bindings/c/") else "cpp"
-            out.append("```%s\n%s\n```" % (language, unindented(declaration)))
+            out.append("```%s\n%s\n```" % (language, re.sub(r"^PBM_API ", "", unindented(declaration), flags=re.M)))
     return out, [name for name in declared if re.fullmatch(r"\w+", name)]
 
 
@@ -245,7 +248,7 @@ def pages(doors):
         out, declared = declarations(header, 2 if door else 3, taken.get(header.page, []))
         taken[header.page] = taken.get(header.page, []) + declared
         if door:
-            out = ["# %s" % (path if path.startswith("bindings/") else "%s/%s" % (folder, name)), prose(header.about)] + out
+            out = ["# pbm/" + name, prose(header.about)] + out
             ours = [find(include, path) for include in header.includes]
             rows = ["- [%s](%s)" % (include, os.path.relpath(headers[found].page, os.path.dirname(path)) +
                                     "#" + os.path.basename(found))

@@ -9,8 +9,10 @@ import re
 
 SPECIFICATION = "format_spec/BVG.md"
 CODES = "docs/reference/validator-codes.md"
+OTHER_PROGRAMS = ("docs/explanation/", "docs/history/", "tests/", "bench/")  # pages that name options of these
 VIEWER = "docs/reference/pbm-view.md"
-NUMBER = r"(?:\d+|[A-D])(?:\.\d+)*"
+PARAGRAPH = r"\d+\.\d+(?:\.\d+)*[a-z]?"
+NUMBER = r"(?:\d+|[A-D])(?:\.\d+)*[a-z]?"  # a chapter or a paragraph
 pages = None  # site_pages.Pages, set by make_site.py
 numbers = set()  # anchors of BVG.md
 words = {}  # option or code of the validator: where the site describes it
@@ -19,7 +21,7 @@ found = []  # (place, title, text) that search finds besides headings
 
 def find_numbers(markdown):
     """The numbers of chapters, headings, paragraphs and rules of BVG.md."""
-    starts = re.findall(r"(?:\n\n|\n- )(\d+\.\d+(?:\.\d+)*) ", markdown)
+    starts = re.findall(r"(?:\n\n|\n- )(%s) " % PARAGRAPH, markdown)
     headings = re.findall(r"^#+ (?:Appendix )?(%s)\.? " % NUMBER, markdown, re.M)
     numbers.update(starts + headings)
 
@@ -46,7 +48,7 @@ def rule_link(number, target):
 
 def specification(html):
     """Anchors of BVG.md, and links between its paragraphs."""
-    html = re.sub(r"(<li>\s*<p>|<li>|<p>)(\d+\.\d+(?:\.\d+)*)(?= )", lambda m: m[0] if m[2] not in numbers else
+    html = re.sub(r"(<li>\s*<p>|<li>|<p>)(%s)(?= )" % PARAGRAPH, lambda m: m[0] if m[2] not in numbers else
                   '%s<a class="rule-number" id="%s" href="#%s">%s</a>' % (m[1], m[2], m[2], m[2]), html)
     for number, text in re.findall(r'<a class="rule-number" id="([^"]*)".*?</a>(.*?)</(?:li|p)>', html, re.S):
         found.append((SPECIFICATION.replace(".md", ".html#") + number, number, plain(text)))
@@ -54,7 +56,7 @@ def specification(html):
                   lambda m: '%s<a id="%s"></a>%s%s' % (m[1], m[3], m[2], m[3]), html)
 
     def link(text):
-        text = re.sub(r"(?<![\w.^-])(?<!ersion )(?<!ersions )(?<!XYZ )\d+\.\d+(?:\.\d+)*(?![\w%])", lambda m:
+        text = re.sub(r"(?<![\w.^-])(?<!ersion )(?<!ersions )%s(?![\w%%])" % PARAGRAPH, lambda m:
                       rule_link(m[0], ""), text)
         return re.sub(r"((?:[Cc]hapters?|[Aa]ppendix) )(%s)(?= and (%s)\b)?(?![\w.]\w)" % (NUMBER, NUMBER),
                       lambda m: m[1] + rule_link(m[2], ""), text)
@@ -65,16 +67,14 @@ def specification(html):
     start = html.index('id="how-to-decode-a-packed-file"')  # its right column names paragraphs
     start = html.index("<pre", start)
     end = html.index("</pre>", start)
-    steps = re.sub(r"(?<= )(\d+\.\d+(?:\.\d+)*)(?=[ ,;)\n<])", lambda m: rule_link(m[1], ""), html[start:end])
+    steps = re.sub(r"(?<= )(%s)(?=[ ,;)\n<])" % PARAGRAPH, lambda m: rule_link(m[1], ""), html[start:end])
     return html[:start] + steps + html[end:]
 
 
 def mentions(html, target):
     """Links to the paragraphs of BVG.md that other pages name."""
-    html = re.sub(r"(BVG\.md(?:</a>)?,? (?:paragraph |paragraphs |chapter |section )?)(%s)(?![\w-])" % NUMBER,
+    return re.sub(r"(BVG\.md(?:</a>)?,? (?:paragraph |paragraphs |chapter |section )?)(%s)(?![\w-])" % NUMBER,
                   lambda m: m[1] + rule_link(m[2], target), html)
-    cell = r"<td>(%s(?:, %s)*)</td>" % ((r"\d+\.\d+(?:\.\d+)*",) * 2)
-    return re.sub(cell, lambda m: "<td>%s</td>" % ", ".join(rule_link(n, target) for n in m[1].split(", ")), html)
 
 
 def api(html, page):
@@ -92,7 +92,7 @@ def api(html, page):
             return match[0]
         return '%s<a href="%s">%s</a>%s' % (match[1], to(place), match[2], match[3])
 
-    html = re.sub(r'(<span class="n[cf]?">)([A-Z]\w+|k[A-Z]\w+)(</span>)', name, html)
+    html = re.sub(r'(<span class="n[cf]?">)([A-Z]\w+|k[A-Z]\w+|pbm_\w+)(</span>)', name, html)
     known = {re.sub(r"^(format_spec|runtime)/", "", path): place for path, place in pages.places.items()}
     known.update({re.sub(r"[^/]*$", "", path): place.partition("#")[0] for path, place in list(known.items())})
 
@@ -102,7 +102,7 @@ def api(html, page):
 
     html = outside_tags(html, header, "a|h[1-6]")
     target = os.path.relpath(SPECIFICATION.replace(".md", ".html"), folder)
-    return outside_tags(html, lambda text: re.sub(r"(?<=\()\d+\.\d+(?:\.\d+)*(?=\))", lambda m:
+    return outside_tags(html, lambda text: re.sub(r"(?<=\()%s(?=\))" % PARAGRAPH, lambda m:
                                                   rule_link(m[0], target), text), "a|h[1-6]")
 
 
@@ -126,6 +126,8 @@ def codes_table(html):
     """Each row of the validator's codes is an anchor, and search finds it."""
     for code, rest in re.findall(r"<tr>\s*<td><code>([a-z_.]+)</code></td>(.*?)</tr>", html, re.S):
         found.append((words[code], code, plain(rest)))
+    html = re.sub(r"<td>(%s(?:, %s)*)</td>" % (PARAGRAPH, PARAGRAPH), lambda m: "<td>%s</td>" % ", ".join(
+        rule_link(number, "../../format_spec/BVG.html") for number in m[1].split(", ")), html)
     return re.sub(r"<td><code>([a-z_]+\.[a-z_]+)</code>", r'<td><code id="\1">\1</code>', html)
 
 
@@ -154,11 +156,12 @@ def on_page_content(html, page, config, files):
         html = mentions(html, os.path.relpath(SPECIFICATION.replace(".md", ".html"), folder or "."))
     if source == CODES:
         html = codes_table(html)
-    html = word_links(html, source)
+    if not source.startswith(OTHER_PROGRAMS):
+        html = word_links(html, source)
     if source in pages.api_names:
         html = api(html, page)
     if source.endswith("ERRATA.md"):
-        html = re.sub(r"(?<= )(\d+\.\d+(?:\.\d+)+)(?=[ ,;)\n<])", lambda m: rule_link(m[1], "BVG.html"), html)
+        html = re.sub(r"(?<= )(\d+\.\d+\.\d+[a-z]?)(?=[ ,;)\n<])", lambda m: rule_link(m[1], "BVG.html"), html)
 
     def picture(match):
         path = os.path.normpath(os.path.join(folder, match[1]))

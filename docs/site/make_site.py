@@ -117,4 +117,5 @@ if __name__ == "__main__":
     try:
         main(sys.argv[1:])
     except OSError as error:
-        raise SystemExit("site: %s" % error) from None
+        reason = error.strerror or "not all of it can be written; is the disk full?"  # copies are told of one by one
+        raise SystemExit("site: %s: %s" % (error.filename or sys.argv[1], reason)) from None
