@@ -101,6 +101,7 @@ class Pages:
     def source(self, path):
         """A page that shows a source, or those of a folder."""
         page = path + ("/files.md" if os.path.isdir(path) else ".md")
+        page = re.sub(r"(^|/)\.", r"\1", page)  # mkdocs leaves hidden files out
         if page not in self.written:
             files = [path]
             if os.path.isdir(path):
