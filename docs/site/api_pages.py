@@ -1,8 +1,8 @@
 """The API reference: public headers as pages of Markdown.
 
-A header is its own manual here: a comment in front, then declarations, each with its contract above it. A page shows the
-comment as text and each declaration under a heading of its own, so that search and links find it. Declarations are shown as
-they stand; only bodies of functions and long tables of values are left out.
+A header is its own manual here: a comment in front, then declarations, each with its contract above it. A page shows
+the comment as text and each declaration under a heading of its own, so that search and links find it. Declarations are
+shown as they stand, without bodies of functions, private members and long tables of values.
 """
 
 import os
@@ -31,7 +31,7 @@ def find(include, beside):
 
 
 def gather(doors):
-    """All headers that the doors include, by path: doors have a page each, other headers share the page of their folder."""
+    """All headers that the doors include, by path. A door has a page, other headers share that of their folder."""
     headers, waiting = {}, list(doors)
     while waiting:
         path = waiting.pop(0)
@@ -120,7 +120,7 @@ def parse(lines):
 
 
 def without_bodies(text, depth_of_bodies):
-    """Functions that stand `depth_of_bodies` braces deep, without their bodies and without what constructors initialise."""
+    """Without bodies and initialisers of functions that stand `depth_of_bodies` braces deep."""
     out, at, depth = "", 0, 0
     for token in re.finditer(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])+\'|[{}]|.|\n', text, re.S):
         if token.start() < at:
@@ -167,10 +167,11 @@ def names(declaration):
             plain = re.sub(r"^\s*(template\s*<.*>\s*)?((typedef|extern|static|inline|constexpr|\[\[\w+\]\]|PBM_\w+) )*",
                            "", plain)
             match = (re.match(r"#define (\w+)", plain) or re.match(r"[\w ]+\(\*(\w+)\)\(", plain)
-                     or re.match(r"(?:struct|class|enum class|enum|union) (?:PBM_\w+ )?(\w+)(?=[\s:;{])(?![^;{]*\()", plain)
+                     or re.match(r"(?:struct|class|enum class|enum|union) (\w+)(?=[\s:;{])(?![^;{]*\()", plain)
                      or re.match(r"using (\w+) =", plain) or re.match(r"[^=(]*?(operator\S+?|~?\w+)\s*\(", plain)
                      or re.match(r"[^={]*?(\w+)(\[[^\]]*\])?\s*(=|{|;)", plain))
-            if match and match[1] not in found + ["static_assert", "enum"] and not plain.startswith((" ", "requires", ")", "}")):
+            begins = not plain.startswith((" ", "requires", ")", "}"))
+            if match and begins and match[1] not in found + ["static_assert", "enum"]:
                 found.append(match[1])
         depth += sum(map(plain.count, "({[")) - sum(map(plain.count, ")}]"))
     return found
@@ -239,8 +240,12 @@ def declarations(header, level, taken):
 def pages(doors):
     """({page: Markdown}, {name: page and anchor}, {header: page}) of the doors and all that they include."""
     headers = gather(doors)
+
+    def order(path):
+        return (doors.index(path) if path in doors else len(doors), path)
+
     written, where, places, taken = {}, {}, {}, {}
-    for path, header in sorted(headers.items(), key=lambda item: (item[0] not in doors, item[0])):
+    for path, header in sorted(headers.items(), key=lambda item: order(item[0])):
         folder = re.sub(r"^(format_spec|runtime)/", "", os.path.dirname(path))
         door = path in doors
         name = os.path.basename(path)

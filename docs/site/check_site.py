@@ -61,7 +61,8 @@ def check(site):
         for name in all_:
             if name.endswith(".css"):
                 with open(os.path.join(folder, name), encoding="utf-8") as file:
-                    wrong += ["%s: loads %s" % (name, url) for url in re.findall(r"url\([\"']?(https?:[^)]*)", file.read())]
+                    loaded = re.findall(r"url\([\"']?(https?:[^)]*)", file.read())
+                wrong += ["%s: loads %s" % (name, url) for url in loaded]
     with open(os.path.join(site, "search", "search_index.json"), encoding="utf-8") as file:
         entries = json.load(file)["docs"]
     for entry in entries:

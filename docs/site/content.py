@@ -1,7 +1,8 @@
 """Hooks of mkdocs: what the HTML of a page gets beyond its Markdown.
 
-Each numbered paragraph of BVG.md is an anchor (BVG.html#3.2.14), and each mention of one a link. Names of types and headers in
-the API reference are links. Pictures have their sizes and are loaded when they are near.
+Each numbered paragraph of BVG.md is an anchor (BVG.html#3.2.14), and each mention of one a link. So are names of types
+and headers in the API reference, options, and codes of the validator. Pictures have their sizes and are loaded when
+they are near.
 """
 
 import os
@@ -58,8 +59,8 @@ def specification(html):
     def link(text):
         text = re.sub(r"(?<![\w.^-])(?<!ersion )(?<!ersions )%s(?![\w%%])" % PARAGRAPH, lambda m:
                       rule_link(m[0], ""), text)
-        return re.sub(r"((?:[Cc]hapters?|[Aa]ppendix) )(%s)(?= and (%s)\b)?(?![\w.]\w)" % (NUMBER, NUMBER),
-                      lambda m: m[1] + rule_link(m[2], ""), text)
+        return re.sub(r"((?:[Cc]hapters?|[Aa]ppendix) )(%s)(?:( and | to )(%s))?(?![\w.]\w)" % (NUMBER, NUMBER),
+                      lambda m: m[1] + rule_link(m[2], "") + (m[3] + rule_link(m[4], "") if m[3] else ""), text)
 
     html = outside_tags(html, link, "a|code|h[1-6]|pre")
     chapters, after = html.split("</table>", 1)
@@ -85,14 +86,13 @@ def api(html, page):
         place, _, anchor = place.partition("#")
         return os.path.relpath(re.sub(r"\.md$", ".html", place), folder or ".") + ("#" + anchor if anchor else "")
 
-    def name(match):
-        place = pages.api.get(match[2])
-        if place is None or place.partition("#")[0] == page.file.src_path and 'id="%s"' % match[2] in match.string[
-                max(0, match.start() - 600):match.start()]:
-            return match[0]
-        return '%s<a href="%s">%s</a>%s' % (match[1], to(place), match[2], match[3])
+    def names(part):  # of one heading, which they do not link to
+        own = re.match(r'<h\d id="([^"]*)"', part)
+        return re.sub(r'(<span class="n[cf]?">)([A-Z]\w+|k[A-Z]\w+|pbm_\w+)(?=</span>)', lambda m: m[0] if (
+            m[2] not in pages.api or own and own[1] == m[2]) else '%s<a href="%s">%s</a>' % (
+                m[1], to(pages.api[m[2]]), m[2]), part)
 
-    html = re.sub(r'(<span class="n[cf]?">)([A-Z]\w+|k[A-Z]\w+|pbm_\w+)(</span>)', name, html)
+    html = "".join(map(names, re.split(r"(?=<h[23] )", html)))
     known = {re.sub(r"^(format_spec|runtime)/", "", path): place for path, place in pages.places.items()}
     known.update({re.sub(r"[^/]*$", "", path): place.partition("#")[0] for path, place in list(known.items())})
 
@@ -132,6 +132,7 @@ def codes_table(html):
 
 
 def word_links(html, source):
+    """Links from options and codes to where they are described."""
     here = os.path.dirname(source)
 
     def link(match):

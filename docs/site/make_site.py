@@ -37,8 +37,8 @@ def configuration(work, pages):
 
 
 def finish_search(site):
-    """Search finds rules and codes. A page that was opened from a file may neither fetch the index nor start a worker: it
-    gets both as a script."""
+    """Search finds rules and codes. A page that was opened from a file may neither fetch the index nor start a worker:
+    it gets both as a script."""
     path = os.path.join(site, "search/search_index.json")
     with open(path, encoding="utf-8") as file:
         index = json.load(file)

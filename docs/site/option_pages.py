@@ -1,7 +1,7 @@
 """The pages of options: what `--help all` prints, as headings, anchors and text.
 
-docs/reference/make.sh writes the help between ```text and ```. Its form: a topic ends with a colon, an option begins within
-the first eight columns, and its description stands from column 28 on.
+docs/reference/make.sh writes the help between ```text and ```. Its form: a topic ends with a colon, an option begins
+within the first eight columns, and its description stands from column 28 on.
 """
 
 import html

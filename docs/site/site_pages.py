@@ -1,13 +1,12 @@
 """Gathers the pages of the site: the tree's own Markdown, headers, and the sources that pages link to.
 
-The site has the folders of the tree, so that links between pages are right in both places. A link to a source, which a reader
-of the site may not have, leads to a page that shows it.
+The site has the folders of the tree, so that links between pages are right in both places. A link to a source, which a
+reader of the site may not have, leads to a page that shows it.
 """
 
 import os
 import pathlib
 import re
-import subprocess
 
 from PIL import Image
 
@@ -31,16 +30,15 @@ def with_links(markdown, change):
 
 
 class Pages:
-    """Writes pages into the folder `to`. `written` holds their names, `api` and `places` lead to headers' declarations."""
+    """Writes pages into the folder `to`. `written` holds their names; `api` leads from names that headers declare to
+    their places, `places` from headers."""
 
     def __init__(self, to):
         self.to, self.written, self.pictures, self.options = pathlib.Path(to), set(), {}, []
-        doors = [door for door in DOORS if os.path.isfile(door)]
-        self.doors = doors
-        pages, self.api, self.places = api_pages.pages(doors)
-        self.api_names = [door + ".md" for door in doors] + [page for page in pages if page[:-len(".md")] not in doors]
+        pages, self.api, self.places = api_pages.pages([door for door in DOORS if os.path.isfile(door)])
         for name, text in pages.items():
             self.write(name, text)
+        self.api_names = list(pages)
         self.waiting = ["README.md", "format_spec/BVG.md", "format_spec/ERRATA.md", *map(str, sorted(
             pathlib.Path("docs").rglob("*.md")))]
         while self.waiting:
@@ -60,7 +58,8 @@ class Pages:
             self.options.append(name)
             text = option_pages.page(text.replace("<!-- Written by make.sh. -->\n", ""))
         # CommonMark continues an item at the indent of its text, this Markdown at four columns.
-        return re.sub(r"^(  +)(?=\d\. |[-*] )", r"    ", with_links(text, lambda link: self.link(name, link)), flags=re.M)
+        text = with_links(text, lambda link: self.link(name, link))
+        return re.sub(r"^  +(?=\d\. |[-*] )", "    ", text, flags=re.M)
 
     def link(self, page, link):
         """Where a link of `page` leads on the site."""
@@ -69,7 +68,7 @@ class Pages:
             return link
         folder = os.path.dirname(page)
         path = os.path.normpath(os.path.join(folder, target))
-        if not os.path.exists(path):
+        if not os.path.exists(path) or path.startswith(".."):
             raise SystemExit("site: %s: no such file: %s" % (page, link))
         if path in self.places:
             path = self.places[path]
@@ -105,10 +104,9 @@ class Pages:
         if page not in self.written:
             files = [path]
             if os.path.isdir(path):
-                listed = subprocess.run(["find", path, "-maxdepth", "1", "-type", "f"], capture_output=True, text=True,
-                                        check=True).stdout.split()
-                files = sorted(file for file in listed if os.path.splitext(file)[1] in LANGUAGES)
-            texts = {file: pathlib.Path(file).read_text(encoding="utf-8") for file in files}
+                files = sorted(str(file) for file in pathlib.Path(path).iterdir()
+                               if file.is_file() and file.suffix in LANGUAGES)
+            texts = {file: pathlib.Path(file).read_text(encoding="utf-8", errors="replace") for file in files}
             full = sum(text.count("\n") for text in texts.values()) <= MOST_LINES
             out = ["# " + path + ("/" if os.path.isdir(path) else "")]
             for file, text in texts.items():

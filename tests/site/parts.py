@@ -20,6 +20,33 @@ import option_pages
 os.chdir(SOURCE)
 
 
+BOX = """// Boxes.
+#pragma once
+
+namespace pbm {
+
+class Later;
+
+// A box.
+class Box {
+  public:
+    Box(int edge) : edge_(edge) {
+        grow();
+    }
+    int edge() const { return edge_; } // of all sides
+
+  private:
+    int edge_;
+};
+
+// Volume of `box`.
+inline long volume(const Box &box) {
+    return box.edge();
+}
+} // namespace pbm
+"""
+
+
 class Options(unittest.TestCase):
     def test_each_option_of_each_program_has_an_anchor(self):
         for name in filter(re.compile(r"pbm-\w+\.md").fullmatch, os.listdir("docs/reference")):
@@ -40,10 +67,7 @@ class Headers(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "box.h")
             with open(path, "w", encoding="utf-8") as file:
-                file.write("// Boxes.\n#pragma once\n\nnamespace pbm {\n\nclass Later;\n\n// A box.\nclass Box {\n  public:\n"
-                           "    Box(int edge) : edge_(edge) {\n        grow();\n    }\n    int edge() const { return edge_; }"
-                           " // of all sides\n\n  private:\n    int edge_;\n};\n\n// Volume of `box`.\n"
-                           "inline long volume(const Box &box) {\n    return box.edge();\n}\n} // namespace pbm\n")
+                file.write(BOX)
             header = api_pages.Header(path, "box.h.md")
         out, names = api_pages.declarations(header, 2, [])
         self.assertEqual(header.about, ["Boxes."])
@@ -54,7 +78,8 @@ class Headers(unittest.TestCase):
             "```cpp\ninline long volume(const Box &box);\n```"])
 
     def test_the_doors_lead_to_their_declarations(self):
-        pages, names, places = api_pages.pages(["format_spec/pbm/format.h", "runtime/pbm/render.h", "runtime/pbm/bake.h"])
+        doors = ["format_spec/pbm/format.h", "runtime/pbm/render.h", "runtime/pbm/bake.h"]
+        pages, names, places = api_pages.pages(doors)
         for name in ("Reader", "load_model", "StreamedModel", "bake_light", "Error", "kMagic"):
             self.assertIn("{#%s}" % name, pages[names[name].partition("#")[0]])
         for page in pages.values():
@@ -67,8 +92,8 @@ class Rules(unittest.TestCase):
         with open(content.SPECIFICATION, encoding="utf-8") as file:
             content.find_numbers(file.read())
         with open(content.CODES, encoding="utf-8") as file:
-            rules = [rule for cell in re.findall(r"\| ((?:[\d.]+(?:, )?)+)(?= \|)", file.read()) for rule in cell.split(", ")
-                     if "." in rule]
+            cells = re.findall(r"\| ((?:[\d.]+(?:, )?)+)(?= \|)", file.read())
+        rules = [rule for cell in cells for rule in cell.split(", ") if "." in rule]
         self.assertGreater(len(rules), 100)
         self.assertEqual([rule for rule in rules if rule not in content.numbers], [])
 
