@@ -67,19 +67,29 @@ class Browser:
         return json.loads(message)
 
     def wait(self, expression):
-        """The value of `expression` once it is true."""
+        """The value of `expression` once it is true, or None."""
         until = time.monotonic() + PATIENCE
         while time.monotonic() < until:
             value = self.call("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
             if value:
                 return value
-            time.sleep(0.02)
-        raise RuntimeError("never true: " + expression)
+            time.sleep(0.05)
+        return None
+
+    def search(self, words):
+        """Where the first result of a search leads."""
+        self.wait("document.getElementById('__search').click() || true")
+        self.wait("document.activeElement.matches('.md-search__input')")
+        self.call("Input.insertText", text=words)
+        self.wait("document.activeElement.dispatchEvent(new KeyboardEvent('keyup', {bubbles: true}))")
+        return self.wait("[...document.querySelectorAll('.md-search-result__item:first-child a')]"
+                         ".map(link => link.pathname + link.hash).join(' ')") or "nothing"
 
     def open(self, url):
         self.events.clear()
         self.call("Page.navigate", url=url)
-        self.wait("location.href == %s && document.readyState == 'complete'" % json.dumps(url))
+        if not self.wait("location.href == %s && document.readyState == 'complete'" % json.dumps(url)):
+            raise RuntimeError("does not open: " + url)
 
     def end(self):
         self.process.terminate()
@@ -97,26 +107,21 @@ def main(site):
         pages = sorted(pathlib.Path(site).resolve().rglob("*.html"))
         for page in pages:
             browser.open(page.as_uri())
-            over = browser.call("Runtime.evaluate", expression="document.documentElement.scrollWidth - innerWidth",
+            width = browser.call("Runtime.evaluate", expression="document.documentElement.scrollWidth",
                                 returnByValue=True)["result"]["value"]
-            if over > 0:
-                wrong.append("%s: wider than a telephone by %d pixels" % (page, over))
+            if width > WIDTH:
+                wrong.append("%s: %d pixels wide, more than a telephone" % (page, width))
             for event in browser.events:
                 parameters = event.get("params", {})
                 url = parameters.get("request", {}).get("url", "")
                 if url and not url.startswith(("file:", "data:", "blob:")):
                     wrong.append("%s: asks for %s" % (page, url))
                 if event["method"] == "Runtime.exceptionThrown":
-                    wrong.append("%s: %s" % (page, parameters["exceptionDetails"]["text"]))
+                    wrong.append("%s: %s" % (page, parameters["exceptionDetails"]["exception"]["description"]))
         start = pathlib.Path(site).resolve() / "index.html"
         for words, place in SEARCHES.items():
             browser.open(start.as_uri())
-            browser.wait("document.querySelector('.md-header label[for=__search]').click() || true")
-            browser.wait("document.querySelector('.md-search__input').focus() || true")
-            browser.call("Input.insertText", text=words)
-            browser.wait("document.querySelector('.md-search__input').dispatchEvent(new KeyboardEvent('keyup'))")
-            first = browser.wait("[...document.querySelectorAll('.md-search-result__item:first-child a')]"
-                                 ".map(link => link.pathname + link.hash).join(' ')")
+            first = browser.search(words)
             if place not in first:
                 wrong.append("search for %s: %s is not in the first result: %s" % (words, place, first))
         browser.end()
