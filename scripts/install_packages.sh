@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|demo|all|peers|packaging]
+# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|demo|all|peers|packaging|site]
 #   runtime  to build the format library, the renderer and pbm-render: nothing that knows of displays
 #   viewer   also pbm-view
 #   demo     to build every program but pbm-view: what scripts/demo.sh needs
 #   all      also pbm-view, the tests, the benches' peers, the linters and the fuzzers (default)
 #   peers    also F3D and CGAL, which bench/run and bench/normals measure against: 500 MB
 #   packaging  also what scripts/try_packages.sh, try_static.sh and try_container.sh need
+#   site     for scripts/make_site.sh alone, and Chromium, in which its nightly test opens the site
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -25,11 +26,12 @@ all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     clang libclang-rt-14-dev clang-tidy clang-format)
 peers=("${all[@]}" f3d libcgal-dev)
 packaging=("${all[@]}" mmdebstrap lintian dpkg-dev file nasm buildah)
+site=(mkdocs mkdocs-material python3-pil chromium)
 
 case ${1:-all} in
-runtime | viewer | demo | all | peers | packaging) declare -n packages=${1:-all} ;;
+runtime | viewer | demo | all | peers | packaging | site) declare -n packages=${1:-all} ;;
 *)
-    echo "usage: install_packages.sh [runtime|viewer|demo|all|peers|packaging]" >&2
+    echo "usage: install_packages.sh [runtime|viewer|demo|all|peers|packaging|site]" >&2
     exit 1
     ;;
 esac

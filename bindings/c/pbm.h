@@ -1,7 +1,7 @@
 // PBM from C, and from every language that calls C: opens, reads, draws, validates and builds binary voxel grids
 // (.pbvg). C99 and C++.
 //
-// A complete program that draws a model as a PPM picture: draw_model FILE.pbvg PICTURE.ppm
+// A complete program that draws a model as a PPM picture: draw_model FILE.pbvg PICTURE.ppm.
 // It links libpbm: cc draw_model.c $(pkg-config --cflags --libs pbm)
 //
 //   #include <pbm/pbm.h>

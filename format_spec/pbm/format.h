@@ -1,6 +1,6 @@
 // The door of pbm::format: reads, checks and writes binary voxel grids. BVG.md specifies the format.
 //
-// A complete program that prints the points of a detail level, one "x y z" per line: read_points FILE.pbvg [LEVEL]
+// A complete program that prints the points of a detail level, one "x y z" per line: read_points FILE.pbvg [LEVEL].
 // It links pbm::format.
 //
 //   #include <pbm/format.h>

@@ -1,6 +1,6 @@
 // The door of pbm::bake: shadows of lights, computed once and stored with the points of a model.
 //
-// A complete program that bakes the shadow of a sun into a copy of a model: bake_sun FILE.pbvg OUTPUT.pbvg
+// A complete program that bakes the shadow of a sun into a copy of a model: bake_sun FILE.pbvg OUTPUT.pbvg.
 // It links pbm::bake and pbm::format.
 //
 //   #include <pbm/bake.h>

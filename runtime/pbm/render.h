@@ -1,6 +1,6 @@
 // The door of pbm::render: draws pictures of models on the CPU.
 //
-// A complete program that flies once round a model and reads only what each picture shows: moving_camera FILE.pbvg
+// A complete program that flies once round a model and reads only what each picture shows: moving_camera FILE.pbvg.
 // It links pbm::render and pbm::system.
 //
 //   #include <pbm/render.h>
