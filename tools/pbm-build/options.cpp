@@ -5,6 +5,7 @@
 #include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/formats.h"
 #include "pbm_scan/table/text_cloud.h"
+#include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_number.h"
 #include "pbm_scan/text/words.h"
 #include "recipe.h"
