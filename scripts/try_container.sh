@@ -11,7 +11,7 @@ for program in buildah mmdebstrap; do
 done
 [ "$(id -u)" -eq 0 ] || { echo "skipped: not root" && exit 77; }
 work=${1:-$(mktemp -d)}
-export STORAGE_DRIVER=vfs BUILDAH_ISOLATION=chroot # neither overlays nor name spaces are needed
+export BUILDAH_ISOLATION=chroot # no name spaces are needed
 images() { buildah --root "$work/images" --runroot "$work/run" "$@"; }
 clean() {
     images rm --all >/dev/null 2>&1 || true
