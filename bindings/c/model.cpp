@@ -41,7 +41,7 @@ std::string hexadecimal(const ContentId &id) {
 Status find_box(OpenModel &model, pbm_info &info) {
     const Grid &grid = model.reader.parameters().grid;
     const int level = std::min(kBoxLevel, grid.depth);
-    if (const Status fetched = fetch_levels(model, level); !fetched)
+    if (Status fetched = fetch_levels(model, level); !fetched)
         return fetched;
     const Result<Model> coarse = load_points(model.reader, {.max_level = level, .threads = 1});
     if (!coarse)
@@ -207,7 +207,7 @@ Result<const LevelDirectory *> OpenModel::directory(int level) {
     for (int l = 1; l <= level; ++l) {
         if (const Status fetched = bytes.fetch(reader.directory_range(l)); !fetched)
             return fetched.error();
-        const Result<const LevelDirectory *> read = reader.directory(l);
+        Result<const LevelDirectory *> read = reader.directory(l);
         if (!read || l == level)
             return read;
     }
