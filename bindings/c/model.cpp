@@ -290,11 +290,15 @@ template <class Make> pbm_code open_model(pbm_model **model, pbm_error *error, c
 } // namespace
 
 pbm_code pbm_open_file(const char *path, pbm_model **model, pbm_error *error) {
-    return open_model(model, error, [&]() -> Result<FileBytes> {
-        if (path == nullptr)
-            return usage("path is null");
+    return guarded(error, [&]() -> Status {
+        if (model == nullptr || path == nullptr)
+            return usage(model == nullptr ? "model is null" : "path is null");
+        *model = nullptr;
         Result<MappedFile> file = MappedFile::open(path);
-        return file ? Result(FileBytes::mapped(std::move(*file))) : Result<FileBytes>(file.error());
+        if (!file)
+            return of_file(path, file.error());
+        const Status added = add_model(FileBytes::mapped(std::move(*file)), model);
+        return added ? Status() : Status(of_file(path, added.error()));
     });
 }
 
