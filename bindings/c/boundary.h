@@ -18,6 +18,12 @@ namespace pbm::c_api {
 
 inline Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
 
+// The error with the name of its file in front.
+inline Error of_file(const char *path, Error error) {
+    error.message = std::string(path) + ": " + error.message;
+    return error;
+}
+
 // Thrown where a callback cancels; nothing below catches it.
 struct Cancelled {};
 

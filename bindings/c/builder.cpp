@@ -275,12 +275,12 @@ Status check_counts(const Builder &builder, const BuildOptions &options, const c
 Status hand_over(const Model &built, const BuildOptions &options, const char *output, pbm_model **model,
                  BuildStatistics &statistics, const build::Progress &progress) {
     if (output != nullptr) {
-        if (Status written = build::write(output, built, options, statistics, progress); !written)
-            return written;
+        if (const Status written = build::write(output, built, options, statistics, progress); !written)
+            return of_file(output, written.error());
         if (model == nullptr)
             return {};
         Result<MappedFile> file = MappedFile::open(output);
-        return file ? add_model(FileBytes::mapped(std::move(*file)), model) : Status(file.error());
+        return file ? add_model(FileBytes::mapped(std::move(*file)), model) : Status(of_file(output, file.error()));
     }
     Result<Bytes> bytes = encode_model(
         built,

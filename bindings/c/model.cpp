@@ -41,7 +41,7 @@ std::string hexadecimal(const ContentId &id) {
 Status find_box(OpenModel &model, pbm_info &info) {
     const Grid &grid = model.reader.parameters().grid;
     const int level = std::min(kBoxLevel, grid.depth);
-    if (const Status fetched = fetch_levels(model, level); !fetched)
+    if (Status fetched = fetch_levels(model, level); !fetched)
         return fetched;
     const Result<Model> coarse = load_points(model.reader, {.max_level = level, .threads = 1});
     if (!coarse)
@@ -207,7 +207,7 @@ Result<const LevelDirectory *> OpenModel::directory(int level) {
     for (int l = 1; l <= level; ++l) {
         if (const Status fetched = bytes.fetch(reader.directory_range(l)); !fetched)
             return fetched.error();
-        const Result<const LevelDirectory *> read = reader.directory(l);
+        Result<const LevelDirectory *> read = reader.directory(l);
         if (!read || l == level)
             return read;
     }
@@ -290,11 +290,15 @@ template <class Make> pbm_code open_model(pbm_model **model, pbm_error *error, c
 } // namespace
 
 pbm_code pbm_open_file(const char *path, pbm_model **model, pbm_error *error) {
-    return open_model(model, error, [&]() -> Result<FileBytes> {
-        if (path == nullptr)
-            return usage("path is null");
+    return guarded(error, [&]() -> Status {
+        if (model == nullptr || path == nullptr)
+            return usage(model == nullptr ? "model is null" : "path is null");
+        *model = nullptr;
         Result<MappedFile> file = MappedFile::open(path);
-        return file ? Result(FileBytes::mapped(std::move(*file))) : Result<FileBytes>(file.error());
+        if (!file)
+            return of_file(path, file.error());
+        const Status added = add_model(FileBytes::mapped(std::move(*file)), model);
+        return added ? Status() : Status(of_file(path, added.error()));
     });
 }
 

@@ -345,7 +345,7 @@ Status read_points(OpenModel &model, std::int32_t level, const pbm_points *point
     } else if (Status fetched = fetch_levels(model, level); !fetched) {
         return fetched;
     }
-    const Status done = write_points(whole ? *whole : model.reader, level, *to);
+    Status done = write_points(whole ? *whole : model.reader, level, *to);
     drop_levels(model, level);
     if (!done)
         return done;

@@ -84,7 +84,7 @@ pbm_code pbm_validate_file(const char *path, pbm_validation *validation, pbm_err
         return validate_bytes(validation, [&]() -> Result<ByteView> {
             Result<MappedFile> opened = MappedFile::open(path);
             if (!opened)
-                return opened.error();
+                return of_file(path, opened.error());
             file = std::move(*opened);
             return file->bytes();
         });

@@ -116,6 +116,9 @@ if (prefix / "include/pbm/pbm.h").exists(): # the same in C: by CMake, by pkg-co
     run("make", "-C", c, env=environment)
     words = run("pkg-config", "--cflags", "--libs", "--static", "pbm", env=environment).replace("-lpbm", "-l:libpbm.a").split()
     run("cc", "-std=c99", c / "draw_model.c", "-o", c / "draw_statically", *words)
+    (c / "all.c").write_text("#include <pbm/pbm.h>\nint main(void) { return pbm_build(0, 0, 0, 0) != PBM_USAGE; }\n")
+    run("cc", c / "all.c", "-o", c / "all_statically", *words) # with all that building needs
+    run(c / "all_statically")
     for program in (c / "build" / "draw_model", c / "draw_model", c / "draw_statically"):
         run(program, model, picture, env=environment)
         drawn_in_c.append(picture.read_bytes())

@@ -25,7 +25,7 @@ std::string content_id(pbm_model *model) {
 
 // The ball as a PLY file with doubles.
 std::string ply_of(const Ball &ball) {
-    const std::string path = temporary("ball.ply");
+    std::string path = temporary("ball.ply");
     std::FILE *const file = std::fopen(path.c_str(), "w");
     std::fprintf(file,
                  "ply\nformat ascii 1.0\nelement vertex %zu\nproperty double x\nproperty double y\n"

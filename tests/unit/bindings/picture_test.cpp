@@ -97,7 +97,7 @@ TEST(CApiPicture, IsClippedAndOrthographic) {
     camera.plane_point[0] = 10;
     camera.plane_normal[0] = 1;
     ASSERT_EQ(pbm_render(ball.get(), &camera, nullptr, &half.api, &error), PBM_OK) << error.message;
-    EXPECT_NEAR(drawn_pixels(half), drawn_pixels(whole) / 2, drawn_pixels(whole) / 8);
+    EXPECT_NEAR(drawn_pixels(half), drawn_pixels(whole) / 2.0, drawn_pixels(whole) / 8.0);
     camera.clip = PBM_CLIP_BOX; // an empty one
     Picture none(kWidth, kHeight);
     ASSERT_EQ(pbm_render(ball.get(), &camera, nullptr, &none.api, &error), PBM_OK) << error.message;
