@@ -25,7 +25,7 @@ if(PBM_BUILD_BINDINGS)
 endif()
 install(TARGETS ${installed_libraries} EXPORT pbmTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libpbm1 NAMELINK_COMPONENT libpbm-dev)
 
 # The doors, and of all other headers those that they include.
 set(doors)

@@ -81,16 +81,20 @@ echo "from chroot to PNG: $(milliseconds inside pbm-render -q /root/sample.pbvg 
 quietly 'apt-get -qq install --yes --no-install-recommends /root/packages/*.deb'
 inside pbm-view --version
 test -s "$root/usr/share/man/man1/pbm-view.1.gz" -a -s "$root/usr/share/applications/pbm-view.desktop"
-if compgen -G "$packages/libpbm-dev_*" >/dev/null; then # the installed package serves another project
-    quietly 'apt-get -qq install --yes --no-install-recommends g++ cmake make
-        cp -r /usr/share/doc/pbm/examples /root/examples
-        cmake -S /root/examples -B /root/examples/build
-        cmake --build /root/examples/build
-        /root/examples/build/read_points /root/sample.pbvg 3'
-    echo "examples built with libpbm-dev"
-fi
+quietly 'cd /root && python3 -c "import pbm
+model = pbm.open(\"sample.pbvg\")
+assert len(model.points(level=3)[\"positions\"]) > 100 and pbm.validate(\"sample.pbvg\").valid"'
+echo "points read with python3-pbm"
+quietly 'apt-get -qq install --yes --no-install-recommends g++ cmake make pkg-config
+    cp -r /usr/share/doc/pbm/examples /root/examples
+    cmake -S /root/examples -B /root/examples/build
+    cmake --build /root/examples/build
+    /root/examples/build/read_points /root/sample.pbvg 3
+    make -C /root/examples/c
+    /root/examples/c/draw_model /root/sample.pbvg /root/sample.ppm'
+echo "examples built with libpbm-dev"
 names=$(inside sh -c 'dpkg-query -W -f="\${Package}\n" "*pbm*"')
-quietly "apt-get -qq purge --yes $(echo $names) g++ cmake make && apt-get -qq autoremove --purge --yes"
+quietly "apt-get -qq purge --yes $(echo $names) g++ cmake make pkg-config && apt-get -qq autoremove --purge --yes"
 list >"$root/root/after"
 if ! diff "$root/root/before" "$root/root/after"; then
     echo "FAILED: files are left" >&2
