@@ -332,7 +332,7 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
              &options.upsample, {.check = command_line::Integers{kMinGap, kMaxGap}});
     line.add("--strict", "Refuse the input if anything of it would be dropped", &options.strict,
              {.excludes = {"--remove-outliers"}});
-    line.add("--deny", "Refuse scans whose report has lines of these names; --list-warnings", &arguments.deny,
+    line.add("--deny", "Refuse scans whose report has lines of these names", &arguments.deny,
              {.type = "NAME,..", .check = undeniable_warning, .separator = ','});
 }
 
