@@ -4,7 +4,7 @@
 # time may lack. It needs no network, and of $PYTHON (by default Debian's) the packages build, setuptools and wheel.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-build=$(realpath "${1:-build/release}")
+build=$(realpath -m "${1:-build/release}")
 output=$(realpath -m "${2:-build/wheel}")
 python=${PYTHON:-/usr/bin/python3}
 
