@@ -42,6 +42,13 @@ function(pbm_precompiled target owner)
     endif()
 endfunction()
 
+# pbm_shareable(TARGET): libpbm.so is made of its objects too.
+function(pbm_shareable target)
+    if(PBM_BUILD_BINDINGS)
+        target_compile_options(${target} PRIVATE -fPIC -fvisibility=hidden -fvisibility-inlines-hidden)
+    endif()
+endfunction()
+
 # pbm_compiled(TARGET [SIMD SOURCES...] [UNOPTIMISED] [APART SOURCES...]): what makes TARGET compile faster.
 #   SIMD         files of Highway, which are compiled one by one.
 #   UNOPTIMISED  nothing in it takes time: command lines, reports. With sanitizers it is not optimised, else little, which
@@ -55,9 +62,7 @@ function(pbm_compiled target)
     elseif(ARG_UNOPTIMISED)
         target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1> -Wno-maybe-uninitialized)
     endif()
-    if(PBM_BUILD_BINDINGS) # libpbm.so is made of these objects too
-        target_compile_options(${target} PRIVATE -fPIC -fvisibility=hidden -fvisibility-inlines-hidden)
-    endif()
+    pbm_shareable(${target})
     set_target_properties(${target} PROPERTIES UNITY_BUILD ${PBM_UNITY})
     # The fuzzers' libraries have flags of their own.
     if(PBM_UNITY AND NOT PBM_BUILD_FUZZERS AND NOT (PBM_SANITIZE AND ARG_UNOPTIMISED))

@@ -52,6 +52,7 @@ bool read_level(pbm_model *model, int level) {
     std::vector<float *> fields;
     if (pbm_get_info(model, &info, nullptr) == PBM_OK)
         values.resize(static_cast<std::size_t>(info.fields), std::vector<float>(n));
+    fields.reserve(values.size());
     for (std::vector<float> &field : values)
         fields.push_back(field.data());
     pbm_points to = PBM_NEW(pbm_points);

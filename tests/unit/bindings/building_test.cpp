@@ -123,7 +123,9 @@ TEST(CApiBuilding, RefusesArraysThatContradictThemselves) {
     refused([&](pbm_arrays &a) { a.field_names = no_names; });
     refused([&](pbm_arrays &a) { a.field_names = bad_names; });
     refused([&](pbm_arrays &a) { a.field_values = no_values; });
-    refused([&](pbm_arrays &a) { a.field_count = 2, a.field_names = twins, a.field_values = values; });
+    refused([&](pbm_arrays &a) {
+        a.field_count = 2, a.field_names = twins, a.field_units = nullptr, a.field_values = values;
+    });
     refused([](pbm_arrays &a) { a.struct_size = 8; });
     std::vector<std::array<double, 3>> infinite(ball.positions.size());
     for (auto &at : infinite)
