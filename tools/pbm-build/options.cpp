@@ -78,6 +78,7 @@ std::string unknown_warning(const std::string &word) {
     if (!word.empty() && find_warning(word) != Warning::none)
         return {};
     std::vector<std::string> known;
+    known.reserve(kWarnings.size());
     for (const WarningEntry &entry : kWarnings)
         known.emplace_back(entry.name);
     const std::string nearest = command_line::nearest_word(word, known);

@@ -44,7 +44,7 @@ json artifact_location(const std::string &path, std::size_t index) {
 std::string links_of(const json &rules) {
     std::string links;
     for (const std::string rule : rules)
-        links += (links.empty() ? "BVG.md " : ", ") + ("[" + rule + "](BVG.md#" + rule + ")");
+        links.append(links.empty() ? "BVG.md [" : ", [").append(rule).append("](BVG.md#").append(rule).append(")");
     return links;
 }
 
@@ -116,7 +116,8 @@ std::string report_as_sarif(const std::vector<Verdict> &verdicts, ValidationLeve
             if (is_result) {
                 entry["ruleId"] = code;
                 entry["ruleIndex"] = descriptors.index.at(code);
-                const std::string what = code + " " + place;
+                std::string what = code;
+                what.append(" ").append(place);
                 entry["partialFingerprints"] = {{"codeAndPlace/v1", what + " " + std::to_string(++seen[what])}};
                 results.push_back(std::move(entry));
             } else {
