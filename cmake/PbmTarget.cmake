@@ -80,8 +80,9 @@ set(PBM_ZSH_COMPLETIONS_DIR ${CMAKE_INSTALL_DATADIR}/zsh/site-functions CACHE ST
     "Where zsh's completions are installed; Debian's packages use share/zsh/vendor-completions")
 
 # pbm_program(NAME [QUICK] LIBRARIES...): one of the installed programs, from main.cpp of the current folder and further
-# SOURCES, its man page and its completions, all in the current component. QUICK: the C++ run time is part of it, since to load it takes a third of the
-# time in which the program starts and ends; not for programs that use libraries in C++ which are not.
+# SOURCES, its man page and its completions, all in the current component. QUICK: the C++ run time is part of it, since to
+# load it takes a third of the time in which the program starts and ends; not for programs that use libraries in C++ which
+# are not.
 function(pbm_program name)
     cmake_parse_arguments(ARG "QUICK" "" "SOURCES;LIBRARIES" ${ARGN})
     add_executable(${name} main.cpp ${ARG_SOURCES})

@@ -99,9 +99,8 @@ struct CommandLine {
 std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<const OldSwitch> switches = {},
                          const Manual &manual = {});
 
-// For libraries, which have no command line: an option by its long name without dashes. Prints nothing, and knows
-// neither
-// --help nor --log.
+// For libraries, which have no command line: an option by its long name without dashes. The functions below print
+// nothing, and know neither --help nor --log.
 struct NamedValue {
     std::string name;                 // "depth"
     std::optional<std::string> value; // absent or "true" for flags; "false" leaves a flag out

@@ -61,6 +61,17 @@ Result<Structure> read_structure(const Structure *given, const char *name, std::
     return copy;
 }
 
+// Fills a structure of the caller, which may be of an earlier version.
+template <class Structure, class Fill> Status fill_structure(Structure *structure, const char *name, const Fill &fill) {
+    Result<Structure> copy = read_structure(structure, name);
+    if (!copy)
+        return copy.error();
+    if (Status filled = fill(*copy); !filled)
+        return filled;
+    std::memcpy(static_cast<void *>(structure), &*copy, copy->struct_size);
+    return {};
+}
+
 // Errors of a number of threads.
 Status check_threads(std::int32_t threads);
 

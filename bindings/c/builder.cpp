@@ -279,8 +279,7 @@ Status hand_over(const Model &built, const BuildOptions &options, const char *ou
             return of_file(output, written.error());
         if (model == nullptr)
             return {};
-        Result<MappedFile> file = MappedFile::open(output);
-        return file ? add_model(FileBytes::mapped(std::move(*file)), model) : Status(of_file(output, file.error()));
+        return add_file(output, model);
     }
     Result<Bytes> bytes = encode_model(
         built,

@@ -156,26 +156,24 @@ Result<Drawing *> drawing_of(OpenModel &model, std::int32_t threads) {
 }
 
 Status choose_camera(OpenModel &model, std::int32_t width, std::int32_t height, pbm_camera *to) {
-    Result<pbm_camera> camera = read_structure(to, "camera");
-    if (!camera)
-        return camera.error();
-    if (Status sized = check_size(width, height); !sized)
-        return sized;
-    const Result<Drawing *> drawing = drawing_of(model, model.drawing == nullptr ? 0 : model.drawing->threads());
-    if (!drawing)
-        return drawing.error();
-    const Result<Extent> extent = (*drawing)->bounds();
-    if (!extent)
-        return extent.error();
-    const Camera chosen = default_camera(*extent, (*drawing)->grid().up, width, height);
-    copy_to(camera->position, chosen.position);
-    copy_to(camera->focal_point, chosen.focal_point);
-    copy_to(camera->up, chosen.up);
-    camera->view_angle = chosen.view_angle;
-    camera->orthographic = 0;
-    camera->clip = 0;
-    std::memcpy(static_cast<void *>(to), &*camera, camera->struct_size);
-    return {};
+    return fill_structure(to, "camera", [&](pbm_camera &camera) -> Status {
+        if (Status sized = check_size(width, height); !sized)
+            return sized;
+        const Result<Drawing *> drawing = drawing_of(model, model.drawing == nullptr ? 0 : model.drawing->threads());
+        if (!drawing)
+            return drawing.error();
+        const Result<Extent> extent = (*drawing)->bounds();
+        if (!extent)
+            return extent.error();
+        const Camera chosen = default_camera(*extent, (*drawing)->grid().up, width, height);
+        copy_to(camera.position, chosen.position);
+        copy_to(camera.focal_point, chosen.focal_point);
+        copy_to(camera.up, chosen.up);
+        camera.view_angle = chosen.view_angle;
+        camera.orthographic = 0;
+        camera.clip = 0;
+        return {};
+    });
 }
 
 Status draw_picture(OpenModel &model, const pbm_camera *given_camera, const pbm_render_options *given_options,

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <string_view>
 
 namespace pbm::c_api {
 namespace {
@@ -14,9 +15,8 @@ namespace {
 constexpr std::uint64_t kMaxPiece = std::uint64_t{8} << 20; // bytes that one call of a callback reads
 constexpr int kBoxLevel = 6;
 
-const char *unit_name(Unit unit) {
-    // string_views of literals end with a zero byte
-    return to_string(unit).data(); // NOLINT(bugprone-suspicious-stringview-data-usage)
+const char *c_string(std::string_view literal) {
+    return literal.data(); // NOLINT(bugprone-suspicious-stringview-data-usage): literals end with a zero byte
 }
 
 std::uint32_t attributes_of(const Reader &reader) {
@@ -79,8 +79,8 @@ Status fill_info(OpenModel &model, pbm_info &info) {
     info.attributes = attributes_of(reader);
     std::copy(parameters.grid.origin.begin(), parameters.grid.origin.end(), info.origin);
     info.voxel_size = parameters.grid.voxel_size;
-    info.unit = unit_name(parameters.grid.unit);
-    info.up = to_string(parameters.grid.up).data(); // NOLINT(bugprone-suspicious-stringview-data-usage)
+    info.unit = c_string(to_string(parameters.grid.unit));
+    info.up = c_string(to_string(parameters.grid.up));
     info.metadata = model.metadata.c_str();
     const std::string id = hexadecimal(reader.header().content_id);
     std::copy_n(id.c_str(), std::min(id.size() + 1, sizeof info.content_id), info.content_id);
@@ -102,18 +102,7 @@ Status fill_field(const OpenModel &model, std::int32_t index, pbm_field &to) {
     to.lowest = field.offset;
     to.step = field.scale;
     to.bits = 8 * field.bytes;
-    to.average = to_string(field.average).data(); // NOLINT(bugprone-suspicious-stringview-data-usage)
-    return {};
-}
-
-// Fills a structure of the caller, which may be of an earlier version.
-template <class Structure, class Fill> Status fill_structure(Structure *structure, const char *name, const Fill &fill) {
-    Result<Structure> copy = read_structure(structure, name);
-    if (!copy)
-        return copy.error();
-    if (Status filled = fill(*copy); !filled)
-        return filled;
-    std::memcpy(static_cast<void *>(structure), &*copy, copy->struct_size);
+    to.average = c_string(to_string(field.average));
     return {};
 }
 
@@ -261,6 +250,14 @@ Status add_model(FileBytes bytes, pbm_model **model) {
     return {};
 }
 
+Status add_file(const char *path, pbm_model **model) {
+    Result<MappedFile> file = MappedFile::open(path);
+    if (!file)
+        return of_file(path, file.error());
+    const Status added = add_model(FileBytes::mapped(std::move(*file)), model);
+    return added ? Status() : Status(of_file(path, added.error()));
+}
+
 ByteView aligned(ByteView bytes, Bytes &room) {
     constexpr std::uintptr_t kAlignment = 8;
     if (reinterpret_cast<std::uintptr_t>(bytes.data()) % kAlignment == 0)
@@ -294,11 +291,7 @@ pbm_code pbm_open_file(const char *path, pbm_model **model, pbm_error *error) {
         if (model == nullptr || path == nullptr)
             return usage(model == nullptr ? "model is null" : "path is null");
         *model = nullptr;
-        Result<MappedFile> file = MappedFile::open(path);
-        if (!file)
-            return of_file(path, file.error());
-        const Status added = add_model(FileBytes::mapped(std::move(*file)), model);
-        return added ? Status() : Status(of_file(path, added.error()));
+        return add_file(path, model);
     });
 }
 

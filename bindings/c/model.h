@@ -78,6 +78,8 @@ void drop_levels(const OpenModel &model, int level);
 
 // Opens a model and hands out its handle.
 Status add_model(FileBytes bytes, pbm_model **model);
+// The same of a file; errors name it.
+Status add_file(const char *path, pbm_model **model);
 
 // Bytes at a multiple of 8: the same, or a copy in `room`.
 ByteView aligned(ByteView bytes, Bytes &room);

@@ -6,11 +6,9 @@
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/load_model.h"
 #include "system/threads/parallel.h"
-#include "system/threads/per_thread.h"
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <limits>
 #include <optional>
@@ -201,28 +199,13 @@ class LevelReader {
 
     // `nodes`: codes of the level above, if positions are needed.
     Status run(const std::vector<MortonCode> &nodes, int threads) const {
-        std::vector<std::optional<Error>> failures(directory_.chunks.size());
-        std::atomic<bool> failed{false};
-        parallel_for(failures.size(), threads, [&](std::size_t i) {
-            if (failed)
-                return;
-            if (const Status written = write_chunk(i, nodes); !written) {
-                failures[i] = written.error();
-                failed = true;
-            }
-        });
-        for (std::optional<Error> &failure : failures)
-            if (failure)
-                return std::move(*failure);
-        return {};
+        return for_chunks(reader_, directory_, above_, threads,
+                          [&](std::size_t index, const Chunk &chunk) { return write_chunk(index, chunk, nodes); });
     }
 
   private:
-    Status write_chunk(std::size_t index, const std::vector<MortonCode> &nodes) const {
+    Status write_chunk(std::size_t index, const Chunk &chunk, const std::vector<MortonCode> &nodes) const {
         const ChunkEntry &entry = directory_.chunks[index];
-        Chunk &chunk = per_thread<Chunk>();
-        if (Status loaded = load(entry, index, chunk); !loaded)
-            return loaded;
         const auto first = static_cast<std::size_t>(entry.first_point);
         if (writer_.needs_positions())
             writer_.place_children(nodes_of(nodes, entry), chunk.masks, first, entry.shape.points);
@@ -238,17 +221,6 @@ class LevelReader {
             writer_.write_field(f, stored, first);
         }
         return {};
-    }
-
-    Status load(const ChunkEntry &entry, std::size_t index, Chunk &to) const {
-        if (reader_.header().storage() == Storage::mapped)
-            return reader_.load_chunk(directory_.level, index, {}, to);
-        const Result<HeldBytes> stored = reader_.source().require(chunk_range(entry));
-        if (!stored)
-            return stored.error();
-        const ParentNodes parents =
-            parent_nodes(entry, above_.masks, 0, above_.points, 0, reader_.parameters().attributes);
-        return decode_chunk(entry, stored->bytes, reader_.chunk_rules(directory_.level), parents, to);
     }
 
     const Reader &reader_;

@@ -3,6 +3,8 @@
 
 #include "pbm_format/reading/reader.h"
 
+#include <functional>
+
 namespace pbm {
 
 struct LoadOptions {
@@ -16,7 +18,13 @@ struct LoadOptions {
 // caller takes from the same budget.
 Result<Model> load_points(Reader &reader, const LoadOptions &options = {}, std::uint64_t other_bytes = 0);
 
-// The same with all rasters.
+// Decodes the chunks of a level, whose directory was read before, and calls `visit` with the index and the contents of
+// each, from any thread. `above` has the masks and points of the level above, as a whole. Ends with an error of the
+// first chunk that has one.
+Status for_chunks(const Reader &reader, const LevelDirectory &directory, const Level &above, int threads,
+                  const std::function<Status(std::size_t index, const Chunk &chunk)> &visit);
+
+// The same as load_points with all rasters.
 Result<Model> load_model(Reader &reader, const LoadOptions &options = {});
 
 } // namespace pbm

@@ -21,6 +21,16 @@ Status load_level(const Reader &reader, const LevelDirectory &directory, int thr
     // Fits: load_levels has compared it with the memory allowed.
     level.masks.resize(static_cast<std::size_t>(directory.nodes));
     level.points.resize(static_cast<std::size_t>(directory.points), set);
+    return for_chunks(reader, directory, above, threads, [&](std::size_t i, const Chunk &chunk) {
+        place_chunk(chunk, directory.chunks[i], set, level);
+        return Status();
+    });
+}
+
+} // namespace
+
+Status for_chunks(const Reader &reader, const LevelDirectory &directory, const Level &above, int threads,
+                  const std::function<Status(std::size_t, const Chunk &)> &visit) {
     const bool mapped = reader.header().storage() == Storage::mapped;
     const auto load = [&](const ChunkEntry &entry, std::size_t index, Chunk &to) -> Status {
         if (mapped) // lies in the file as a whole
@@ -28,7 +38,8 @@ Status load_level(const Reader &reader, const LevelDirectory &directory, int thr
         const Result<HeldBytes> stored = reader.source().require(chunk_range(entry));
         if (!stored)
             return stored.error();
-        const ParentNodes parents = parent_nodes(entry, above.masks, 0, above.points, 0, set);
+        const ParentNodes parents =
+            parent_nodes(entry, above.masks, 0, above.points, 0, reader.parameters().attributes);
         return decode_chunk(entry, stored->bytes, reader.chunk_rules(directory.level), parents, to);
     };
     std::vector<std::optional<Error>> failures(directory.chunks.size());
@@ -37,11 +48,10 @@ Status load_level(const Reader &reader, const LevelDirectory &directory, int thr
         if (failed)
             return;
         Chunk &chunk = per_thread<Chunk>();
-        const ChunkEntry &entry = directory.chunks[i];
-        const Status status = load(entry, i, chunk);
-        if (status) {
-            place_chunk(chunk, entry, set, level);
-        } else {
+        Status status = load(directory.chunks[i], i, chunk);
+        if (status)
+            status = visit(i, chunk);
+        if (!status) {
             failures[i] = status.error();
             failed = true;
         }
@@ -51,8 +61,6 @@ Status load_level(const Reader &reader, const LevelDirectory &directory, int thr
             return std::move(*failure);
     return {};
 }
-
-} // namespace
 
 Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint64_t other_bytes) try {
     const AttributeSet &set = reader.parameters().attributes;
