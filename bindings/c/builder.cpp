@@ -1,7 +1,7 @@
 // Building models of files and arrays, with the options of pbm-build.
 #include "model.h"
 
-#include "pbm-build/options.h"
+#include "pbm-build/options/options.h"
 #include "pbm_build/pipeline.h"
 #include "pbm_format/writing/writer.h"
 

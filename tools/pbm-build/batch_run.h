@@ -1,7 +1,7 @@
 // pbm-build --batch: builds the scans of a list or folder, and says how it went.
 #pragma once
 
-#include "options.h"
+#include "options/options.h"
 
 #include <string_view>
 

@@ -5,7 +5,7 @@
 #include "command_line/json_report.h"
 #include "depfile.h"
 #include "memory_limit.h"
-#include "options.h"
+#include "options/options.h"
 #include "pbm_build/parts/part_file.h"
 #include "pbm_build/pipeline.h"
 #include "pbm_scan/text/printable.h"

@@ -1,7 +1,7 @@
 // --max-memory of one build.
 #pragma once
 
-#include "options.h"
+#include "options/options.h"
 
 #include <optional>
 #include <string_view>

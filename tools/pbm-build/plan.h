@@ -2,7 +2,7 @@
 // many.
 #pragma once
 
-#include "options.h"
+#include "options/options.h"
 #include "pbm_batch/scan_list.h"
 
 #include <span>

@@ -5,19 +5,18 @@
 #include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/formats.h"
 #include "pbm_scan/table/text_cloud.h"
-#include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_number.h"
 #include "pbm_scan/text/words.h"
 #include "recipe.h"
 #include "scene_options.h"
 #include "system/files/file_names.h"
 #include "system/files/mapped_file.h"
+#include "warning_options.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <map>
 #include <sstream>
 
@@ -71,45 +70,6 @@ Result<std::array<double, 3>> three_numbers(const std::string &text) {
         values[i] = *value;
     }
     return values;
-}
-
-// Complaint about a word that names no warning.
-std::string unknown_warning(const std::string &word) {
-    if (!word.empty() && find_warning(word) != Warning::none)
-        return {};
-    std::vector<std::string> known;
-    known.reserve(kWarnings.size());
-    for (const WarningEntry &entry : kWarnings)
-        known.emplace_back(entry.name);
-    const std::string nearest = command_line::nearest_word(word, known);
-    return "'" + word + "' is no warning" +
-           (nearest.empty() ? "; --list-warnings names them all" : "; did you mean " + nearest + "?");
-}
-
-// What is denied refuses the scan before an output is written.
-std::string undeniable_warning(const std::string &word) {
-    std::string complaint = unknown_warning(word);
-    if (complaint.empty() && !entry_of(find_warning(word)).is_deniable)
-        complaint = word + " is found when the output is there: --deny cannot refuse it";
-    return complaint;
-}
-
-WarningSet warnings_named(const std::vector<std::string> &words) {
-    WarningSet set;
-    for (const std::string &word : words)
-        set.set(static_cast<std::size_t>(find_warning(word)));
-    return set;
-}
-
-void print_warnings(bool as_markdown) {
-    if (as_markdown)
-        std::cout << "| name | fate | meaning |\n|---|---|---|\n";
-    for (const WarningEntry &entry : kWarnings)
-        if (as_markdown && !entry.name.empty())
-            std::cout << "| `" << entry.name << "` | " << to_string(entry.fate) << " | " << entry.help << " |\n";
-        else if (!entry.name.empty())
-            std::cout << formatted("%-20s %-10s ", entry.name.data(), to_string(entry.fate).data()) << entry.help
-                      << '\n';
 }
 
 // Handles --list-warnings, which needs no input, and takes --allow.
