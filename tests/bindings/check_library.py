@@ -14,23 +14,14 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from commands import check, must  # noqa: E402
+
 SKIPPED = 77
 
 
 def run(*command, **options):
     return subprocess.run([str(c) for c in command], capture_output=True, text=True, **options)
-
-
-def must(*command, **options):
-    result = run(*command, **options)
-    if result.returncode != 0:
-        sys.exit(f"FAILED with {result.returncode}: {' '.join(map(str, command))}\n{result.stdout}{result.stderr}")
-    return result.stdout
-
-
-def check(condition, message):
-    if not condition:
-        sys.exit("FAILED: " + message)
 
 
 def declared(source):

@@ -5,10 +5,12 @@ import json
 import math
 import pathlib
 import shutil
-import subprocess
 import sys
 
 import pictures
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from commands import check, must  # noqa: E402
 
 programs, work = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2])
 shutil.rmtree(work, ignore_errors=True)
@@ -16,16 +18,7 @@ work.mkdir(parents=True)
 
 
 def run(program, *arguments):
-    command = [str(programs / program), *map(str, arguments)]
-    result = subprocess.run(command, cwd=work, capture_output=True, text=True, timeout=300)
-    if result.returncode != 0:
-        sys.exit(f"FAILED with {result.returncode}: {' '.join(command)}\n{result.stdout}{result.stderr}")
-    return result.stdout
-
-
-def check(condition, message):
-    if not condition:
-        sys.exit("FAILED: " + message)
+    return must(programs / program, *arguments, cwd=work, timeout=300)
 
 
 def same(a, b):

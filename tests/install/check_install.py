@@ -6,40 +6,29 @@ import json
 import os
 import pathlib
 import shutil
-import subprocess
 import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from commands import check, must  # noqa: E402
 
 parser = argparse.ArgumentParser(description=__doc__)
 for name in ("cmake", "build", "examples", "compiler"):
     parser.add_argument("--" + name, required=True)
 arguments = parser.parse_args()
 
-
-def run(*command, **options):
-    result = subprocess.run([str(c) for c in command], capture_output=True, text=True, **options)
-    if result.returncode != 0:
-        sys.exit(f"FAILED with {result.returncode}: {' '.join(map(str, command))}\n{result.stdout}{result.stderr}")
-    return result.stdout
-
-
-def check(condition, message):
-    if not condition:
-        sys.exit("FAILED: " + message)
-
-
 work = pathlib.Path(arguments.build) / "tests" / "install"
 prefix, outside = work / "prefix", work / "outside"
 shutil.rmtree(prefix, ignore_errors=True)
 shutil.rmtree(outside, ignore_errors=True)
 
-run(arguments.cmake, "--install", arguments.build, "--prefix", prefix)
+must(arguments.cmake, "--install", arguments.build, "--prefix", prefix)
 for program in ("pbm-build", "pbm-render", "pbm-validate", "pbm-info", "pbm-export", "pbm-sample"):
     check((prefix / "bin" / program).is_file(), program + " is not installed")
-    help_text = run(prefix / "bin" / program, "--help")
+    help_text = must(prefix / "bin" / program, "--help")
     check(program in help_text, f"{program} --help does not name itself")
 if (prefix / "bin" / "pbm-view").exists():
-    check("pbm-view" in run(prefix / "bin" / "pbm-view", "--help"), "pbm-view --help does not name itself")
-    run(prefix / "bin" / "pbm-validate", prefix / "share" / "pbm" / "sample.pbvg")
+    check("pbm-view" in must(prefix / "bin" / "pbm-view", "--help"), "pbm-view --help does not name itself")
+    must(prefix / "bin" / "pbm-validate", prefix / "share" / "pbm" / "sample.pbvg")
 check(list(prefix.glob("share/doc/*/LICENSE")), "LICENSE is not installed")
 check(list(prefix.glob("share/doc/*/format_spec/BVG.md")), "BVG.md is not installed")
 check(list(prefix.glob("share/doc/*/format_spec/mask_ranks.txt")), "mask_ranks.txt, a table of BVG.md, is not installed")
@@ -61,8 +50,8 @@ find_package(pbm)
 message(STATUS "searched: ${pbm_CONSIDERED_CONFIGS}")
 """)
 programs = pathlib.Path(arguments.build) / "bin"
-searched = run(arguments.cmake, "-S", by_path, "-B", by_path / "build",
-               env={**os.environ, "PATH": f"{programs.resolve()}:{os.environ['PATH']}"})
+searched = must(arguments.cmake, "-S", by_path, "-B", by_path / "build",
+                env={**os.environ, "PATH": f"{programs.resolve()}:{os.environ['PATH']}"})
 check(str(pathlib.Path(arguments.build).resolve()) not in searched.partition("searched:")[2].partition("\n")[0],
       f"find_package finds the build folder: {searched}")
 
@@ -79,31 +68,31 @@ check(not highway, f"installed headers need Highway: {highway}")
 
 # A copy outside the source tree cannot use its headers and targets.
 shutil.copytree(arguments.examples, outside)
-run(arguments.cmake, "-S", outside, "-B", outside / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}",
+must(arguments.cmake, "-S", outside, "-B", outside / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}",
     f"-DCMAKE_CXX_COMPILER={arguments.compiler}", "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror")
-run(arguments.cmake, "--build", outside / "build")
+must(arguments.cmake, "--build", outside / "build")
 
 scan, model, picture = work / "sample.ply", work / "sample.pbvg", work / "sample.ppm"
-run(prefix / "bin" / "pbm-sample", "--vertices", "10000", "-o", scan)
-run(prefix / "bin" / "pbm-build", "-q", "--depth", "7", scan, "-o", model)
-info = json.loads(run(prefix / "bin" / "pbm-info", "--json", model))
+must(prefix / "bin" / "pbm-sample", "--vertices", "10000", "-o", scan)
+must(prefix / "bin" / "pbm-build", "-q", "--depth", "7", scan, "-o", model)
+info = json.loads(must(prefix / "bin" / "pbm-info", "--json", model))
 
-points = [tuple(map(float, line.split())) for line in run(outside / "build" / "read_points", model).splitlines()]
+points = [tuple(map(float, line.split())) for line in must(outside / "build" / "read_points", model).splitlines()]
 check(len(points) == info["points"], f"read_points printed {len(points)} points, pbm-info says {info['points']}")
 check(len(set(points)) == len(points), "read_points printed a point twice")
-check(len(run(outside / "build" / "read_points", model, "1").splitlines()) <= 8, "level 1 has more than eight points")
+check(len(must(outside / "build" / "read_points", model, "1").splitlines()) <= 8, "level 1 has more than eight points")
 
-run(outside / "build" / "draw_picture", model, picture)
+must(outside / "build" / "draw_picture", model, picture)
 header = b"P6\n640 480\n255\n"
 pixels = picture.read_bytes()
 check(pixels.startswith(header) and len(pixels) == len(header) + 640 * 480 * 3, "draw_picture wrote no picture")
 drawn = sum(pixels[i : i + 3] != b"\x33\x33\x33" for i in range(len(header), len(pixels), 3))
 check(drawn > 640 * 480 // 10, f"only {drawn} pixels are drawn")
-frames = run(outside / "build" / "moving_camera", model).splitlines()
+frames = must(outside / "build" / "moving_camera", model).splitlines()
 check(len(frames) == 8 and all(int(frame.split()[2]) > 0 for frame in frames), "moving_camera drew no points")
 fine = work / "fine.pbvg" # many chunks, of which a close-up needs some
-run(prefix / "bin" / "pbm-build", "-q", "--depth", "9", scan, "-o", fine)
-passes = run(outside / "build" / "draw_by_ranges", fine).splitlines()
+must(prefix / "bin" / "pbm-build", "-q", "--depth", "9", scan, "-o", fine)
+passes = must(outside / "build" / "draw_by_ranges", fine).splitlines()
 fetched, size = (int(number) for number in passes[-1].split()[2:5:2])
 check(len(passes) > 1 and fetched < size, f"draw_by_ranges fetched {fetched} of {size} bytes in {len(passes)} passes")
 
@@ -111,22 +100,22 @@ if (prefix / "include/pbm/pbm.h").exists(): # the same in C: by CMake, by pkg-co
     c, drawn_in_c = outside / "c", []
     packages = next(prefix.rglob("pbm.pc")).parent
     environment = {**os.environ, "PKG_CONFIG_PATH": str(packages), "LD_LIBRARY_PATH": str(packages.parent)}
-    run(arguments.cmake, "-S", c, "-B", c / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}")
-    run(arguments.cmake, "--build", c / "build")
-    run("make", "-C", c, env=environment)
-    words = run("pkg-config", "--cflags", "--libs", "--static", "pbm", env=environment).replace("-lpbm", "-l:libpbm.a").split()
-    run("cc", "-std=c99", c / "draw_model.c", "-o", c / "draw_statically", *words)
+    must(arguments.cmake, "-S", c, "-B", c / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}")
+    must(arguments.cmake, "--build", c / "build")
+    must("make", "-C", c, env=environment)
+    words = must("pkg-config", "--cflags", "--libs", "--static", "pbm", env=environment).replace("-lpbm", "-l:libpbm.a").split()
+    must("cc", "-std=c99", c / "draw_model.c", "-o", c / "draw_statically", *words)
     (c / "all.c").write_text("#include <pbm/pbm.h>\nint main(void) { return pbm_build(0, 0, 0, 0) != PBM_USAGE; }\n")
-    run("cc", c / "all.c", "-o", c / "all_statically", *words) # with all that building needs
-    run(c / "all_statically")
+    must("cc", c / "all.c", "-o", c / "all_statically", *words) # with all that building needs
+    must(c / "all_statically")
     for program in (c / "build" / "draw_model", c / "draw_model", c / "draw_statically"):
-        run(program, model, picture, env=environment)
+        must(program, model, picture, env=environment)
         drawn_in_c.append(picture.read_bytes())
     check(len(set(drawn_in_c)) == 1 and len(drawn_in_c[0]) > 640 * 480 * 3, "the pictures of draw_model differ")
-    check("libpbm" not in run("ldd", c / "draw_statically"), "draw_statically needs libpbm.so")
+    check("libpbm" not in must("ldd", c / "draw_statically"), "draw_statically needs libpbm.so")
 
 lit = work / "lit.pbvg"
-run(outside / "build" / "bake_sun", model, lit)
-run(prefix / "bin" / "pbm-validate", lit)
-check(json.loads(run(prefix / "bin" / "pbm-info", "--json", lit))["points"] == info["points"], "bake_sun lost points")
+must(outside / "build" / "bake_sun", model, lit)
+must(prefix / "bin" / "pbm-validate", lit)
+check(json.loads(must(prefix / "bin" / "pbm-info", "--json", lit))["points"] == info["points"], "bake_sun lost points")
 print(f"{len(points)} points read, {drawn} pixels drawn")

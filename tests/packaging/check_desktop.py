@@ -13,7 +13,8 @@ import subprocess
 import sys
 import xml.etree.ElementTree
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
+sys.path[:0] = [str(pathlib.Path(__file__).resolve().parent.parent / folder) for folder in (".", "cli")]
+from commands import check, must  # noqa: E402
 from pictures import read_png  # noqa: E402
 
 MODEL_TYPE = "model/vnd.pbm.pbvg"
@@ -36,15 +37,7 @@ environment = {**os.environ, "HOME": str(work), "XDG_DATA_HOME": str(work / "dat
 
 
 def run(*command):
-    result = subprocess.run([str(c) for c in command], capture_output=True, text=True, env=environment)
-    if result.returncode != 0:
-        sys.exit(f"FAILED with {result.returncode}: {command}\n{result.stdout}{result.stderr}")
-    return result.stdout
-
-
-def check(condition, message):
-    if not condition:
-        sys.exit("FAILED: " + message)
+    return must(*command, env=environment)
 
 
 def entry(path):
