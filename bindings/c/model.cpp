@@ -1,6 +1,7 @@
 #include "model.h"
 
 #include "drawing.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/model/octree.h"
 #include "pbm_format/reading/load_model.h"
 
@@ -31,10 +32,6 @@ std::uint32_t attributes_of(const Reader &reader) {
     add(parameters.ground.has_value(), PBM_HAS_GROUND);
     add(reader.section(SectionType::panorama) != nullptr, PBM_HAS_PANORAMA);
     return bits;
-}
-
-std::string hexadecimal(const ContentId &id) {
-    return to_string(hash_value(id[1])).substr(2) + to_string(hash_value(id[0])).substr(2); // without "0x"
 }
 
 // Fills the box around the voxels of a coarse level.

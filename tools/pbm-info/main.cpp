@@ -1,6 +1,7 @@
 // pbm-info: lists the contents of a .pbvg from its header, tables and directories; decodes no chunk and no tile.
 #include "command_line/common_options.h"
 #include "command_line/json_report.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/images.h"
 #include "system/files/mapped_file.h"
@@ -160,10 +161,6 @@ std::string_view kind_name(LightKind kind) {
 }
 std::string_view kind_name(TextureKind kind) { return kind == TextureKind::marble ? "marble" : "wood"; }
 
-std::string hex(const ContentId &id) {
-    return to_string(hash_value(id[1])).substr(2) + to_string(hash_value(id[0])).substr(2); // without "0x"
-}
-
 // Bits of lit fraction of a light at levels 0..depth.
 std::vector<int> shadow_bits(const Reader &reader, std::size_t light) {
     const auto &bits = reader.parameters().attributes.shadow_bits[light];
@@ -230,7 +227,7 @@ json to_json(const std::string &path, const Reader &reader, const FileSizes &siz
         {"up", to_string(parameters.grid.up)},
         {"store", to_string(header.storage())},
         {"colour", colour_name(parameters.attributes.colour)},
-        {"content_id", hex(header.content_id)},
+        {"content_id", hexadecimal(header.content_id)},
         {"materials", parameters.materials},
         {"lights", lights_to_json(reader)},
         {"texture", parameters.texture.empty() ? json() : to_json(parameters.texture.front())},
@@ -347,7 +344,7 @@ void print_text(const std::string &path, const Reader &reader, const FileSizes &
               << "materials   " << parameters.materials.size() << ", lights " << parameters.lights.size() << '\n';
     print_shading(parameters);
     print_fields(reader);
-    std::cout << "content id  " << hex(header.content_id) << '\n'
+    std::cout << "content id  " << hexadecimal(header.content_id) << '\n'
               << "metadata    " << reader.metadata() << "\n\n"
               << "stream            stored bytes      raw bytes  bits/point\n"
               << std::fixed << std::setprecision(2);

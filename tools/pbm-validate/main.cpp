@@ -65,8 +65,7 @@ Verdict conclude(const std::string &path, ValidationReport report, bool was_read
 std::string hash_of(ByteView bytes) {
     StreamingHash hash;
     hash.add(bytes);
-    const Hash128 halves = hash.finish();
-    return to_string(hash_value(halves[1])).substr(2) + to_string(hash_value(halves[0])).substr(2); // without "0x"
+    return hexadecimal(hash.finish());
 }
 
 Verdict examine(const std::string &path, const Options &options) {

@@ -3,6 +3,7 @@
 #include "pbm_format/hashes/hash_ways.h"
 
 #include <algorithm>
+#include <cstdio>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -42,6 +43,13 @@ std::uint64_t hash64(ByteView bytes) {
     static const auto widest =
         std::find_if(hash_ways().begin(), hash_ways().end(), [](const HashWay &way) { return way.supported; })->hash;
     return widest(bytes.data(), bytes.size());
+}
+
+std::string hexadecimal(const Hash128 &hash) {
+    std::array<char, 33> digits{};
+    std::snprintf(digits.data(), digits.size(), "%016llx%016llx", static_cast<unsigned long long>(hash[1]),
+                  static_cast<unsigned long long>(hash[0]));
+    return digits.data();
 }
 
 StreamingHash::StreamingHash() : state_(std::make_unique<State>()) { XXH3_128bits_reset(&state_->xxh3); }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <string>
 
 namespace pbm {
 
@@ -14,6 +15,9 @@ namespace pbm {
 
 // XXH3, 128 bits, low half first.
 using Hash128 = std::array<std::uint64_t, 2>;
+
+// 32 hexadecimal digits, high half first.
+std::string hexadecimal(const Hash128 &hash);
 
 // XXH3-128 of bytes in pieces; the result does not depend on how they are split.
 class StreamingHash {
