@@ -6,10 +6,12 @@
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/load_model.h"
 #include "system/threads/parallel.h"
+#include "system/threads/per_thread.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <span>
@@ -26,17 +28,97 @@ struct DecodedPoints {
     std::size_t count() const { return attributes.size(); }
 };
 
+// The children of a mask in ascending order, three bits each from the lowest ones on, and their number in the bits from
+// kChildCount on: [masks].
+constexpr unsigned kChildCount = 24;
+constexpr std::array<std::uint32_t, 256> kChildren = [] {
+    std::array<std::uint32_t, 256> children{};
+    for (unsigned mask = 0; mask < children.size(); ++mask) {
+        for (unsigned child = 8; child-- > 0;)
+            if ((mask >> child & 1) != 0)
+                children[mask] = children[mask] << 3 | child;
+        children[mask] |= static_cast<unsigned>(std::popcount(mask)) << kChildCount;
+    }
+    return children;
+}();
+
+// Writes three numbers of four: a single store is faster, where the caller writes what follows later.
+template <class Number> void store_four(Number *to, const std::array<Number, 4> &four) {
+    std::memcpy(to, four.data(), sizeof four);
+}
+
+// Writes the first three numbers of value(0), value(1) .. value(count - 1) one after the other.
+template <class Number, class Value> void write_threes(Number *to, std::size_t count, const Value &value) {
+    for (std::size_t i = 0; i + 1 < count; ++i, to += 3)
+        store_four(to, value(i));
+    if (count > 0)
+        std::copy_n(value(count - 1).data(), 3, to);
+}
+
+// An array of positions, and what is in it: along each axis the centres of the voxels of a level.
+template <class Number> struct Positions {
+    // `to`: may be null.
+    Positions(Number *array, const Grid &grid, int level, const std::array<double, 3> &offset) : to(array) {
+        const double edge = grid.voxel_size_at(level);
+        for (std::size_t axis = 0; to != nullptr && axis < 3; ++axis)
+            for (std::size_t voxel = 0; voxel < std::size_t{1} << level; ++voxel)
+                centres[axis].push_back(
+                    static_cast<Number>(grid.origin[axis] + (static_cast<double>(voxel) + 0.5) * edge - offset[axis]));
+    }
+
+    // Writes the children of voxels `parents`, one mask for each, as `count` points from `first` on.
+    void place_children(std::span<const MortonCode> parents, ByteView masks, std::size_t first,
+                        std::size_t count) const {
+        if (to == nullptr)
+            return;
+        Number *next = to + 3 * first;
+        const Number *const end = next + 3 * count;
+        for (std::size_t n = 0; n < parents.size(); ++n) {
+            const std::array<std::uint32_t, 3> parent = morton_decode(parents[n]);
+            const std::array<const Number *, 3> at{&centres[0][2 * std::size_t{parent[0]}],
+                                                   &centres[1][2 * std::size_t{parent[1]}],
+                                                   &centres[2][2 * std::size_t{parent[2]}]};
+            const std::uint32_t children = kChildren[masks[n]];
+            const auto centre = [&](std::size_t i) -> std::array<Number, 4> {
+                const std::uint32_t child = children >> 3 * i;
+                return {at[0][child & 1], at[1][child >> 1 & 1], at[2][child >> 2 & 1], 0};
+            };
+            const std::size_t present = children >> kChildCount;
+            constexpr std::size_t kGroup = 4; // so that most parents need no branch
+            if (end - next > std::ptrdiff_t{3 * 2 * kGroup}) {
+                for (std::size_t i = 0; i < kGroup; ++i)
+                    store_four(next + 3 * i, centre(i));
+                for (std::size_t i = kGroup; i < 2 * kGroup && present > kGroup; ++i)
+                    store_four(next + 3 * i, centre(i));
+                next += 3 * present;
+            } else {
+                for (std::size_t i = 0; i < present && next != end; ++i, next += 3)
+                    std::copy_n(centre(i).data(), 3, next);
+            }
+        }
+    }
+
+    void place_root() const {
+        for (std::size_t axis = 0; to != nullptr && axis < 3; ++axis)
+            to[axis] = centres[axis][0];
+    }
+
+    Number *to;
+    std::array<std::vector<Number>, 3> centres;
+};
+
 // Writes points of one level. Several threads write different ones.
 class PointWriter {
   public:
     // `parameters` and `to` must outlive the writer.
     PointWriter(const ModelParameters &parameters, int level, const pbm_points &to)
-        : to_(to), parameters_(parameters), edge_(parameters.grid.voxel_size_at(level)) {
+        : to_(to), parameters_(parameters), positions_(to.positions, parameters.grid, level, {}),
+          positions_f32_(to.positions_f32, parameters.grid, level, {to.offset[0], to.offset[1], to.offset[2]}) {
         if (to.normals != nullptr) {
             normals_.reserve(kNormalCount);
             for (const UnitVector &normal : normal_table())
                 normals_.push_back(
-                    {static_cast<float>(normal[0]), static_cast<float>(normal[1]), static_cast<float>(normal[2])});
+                    {static_cast<float>(normal[0]), static_cast<float>(normal[1]), static_cast<float>(normal[2]), 0});
         }
         for (std::size_t i = 0; i < kRadii; ++i)
             radii_[i] = static_cast<float>(radius_fraction(static_cast<std::uint8_t>(i)) * parameters_.grid.edge());
@@ -52,26 +134,23 @@ class PointWriter {
 
     // The root as point 0.
     void place_root() const {
-        place(to_.positions, [this](std::size_t axis) { return centre(axis, 0); });
-        place(to_.positions_f32, [this](std::size_t axis) { return centre(axis, 0) - to_.offset[axis]; });
+        positions_.place_root();
+        positions_f32_.place_root();
     }
 
     // The children of voxels `parents`, one mask for each, as `count` points from `first` on.
     void place_children(std::span<const MortonCode> parents, ByteView masks, std::size_t first,
                         std::size_t count) const {
-        if (to_.positions != nullptr)
-            place_children(to_.positions + 3 * first, {}, parents, masks, count);
-        if (to_.positions_f32 != nullptr)
-            place_children(to_.positions_f32 + 3 * first, {to_.offset[0], to_.offset[1], to_.offset[2]}, parents, masks,
-                           count);
+        positions_.place_children(parents, masks, first, count);
+        positions_f32_.place_children(parents, masks, first, count);
     }
 
     void write_attributes(const DecodedPoints &points) const {
         const PointAttributes &from = points.attributes;
         const std::size_t first = points.first, count = points.count();
         if (to_.normals != nullptr)
-            for (std::size_t i = 0; i < count; ++i)
-                std::copy_n(normals_[from.normals[i] & kNormalIndexMask].data(), 3, to_.normals + 3 * (first + i));
+            write_threes(to_.normals + 3 * first, count,
+                         [&](std::size_t i) { return normals_[from.normals[i] & kNormalIndexMask]; });
         if (to_.two_sided != nullptr)
             for (std::size_t i = 0; i < count; ++i)
                 to_.two_sided[first + i] = (from.normals[i] & kTwoSidedBit) != 0 ? 1 : 0;
@@ -93,34 +172,6 @@ class PointWriter {
     }
 
   private:
-    double centre(std::size_t axis, std::uint32_t voxel) const {
-        return parameters_.grid.origin[axis] + (voxel + 0.5) * edge_;
-    }
-
-    template <class Number, class Coordinate> static void place(Number *to, const Coordinate &coordinate) {
-        for (std::size_t axis = 0; to != nullptr && axis < 3; ++axis)
-            to[axis] = static_cast<Number>(coordinate(axis));
-    }
-
-    template <class Number>
-    void place_children(Number *to, const std::array<double, 3> &offset, std::span<const MortonCode> parents,
-                        ByteView masks, std::size_t count) const {
-        const Number *const end = to + 3 * count;
-        for (std::size_t n = 0; n < parents.size(); ++n) {
-            const std::array<std::uint32_t, 3> parent = morton_decode(parents[n]);
-            std::array<std::array<Number, 2>, 3> at; // of the two halves along each axis
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                for (std::uint32_t half = 0; half < 2; ++half)
-                    at[axis][half] = static_cast<Number>(centre(axis, 2 * parent[axis] + half) - offset[axis]);
-            for (unsigned mask = masks[n]; mask != 0 && to != end; mask &= mask - 1, to += 3) {
-                const auto child = static_cast<unsigned>(std::countr_zero(mask));
-                to[0] = at[0][child & 1];
-                to[1] = at[1][child >> 1 & 1];
-                to[2] = at[2][child >> 2];
-            }
-        }
-    }
-
     std::uint8_t material(const PointAttributes &from, std::size_t i) const {
         return parameters_.attributes.material ? from.materials[i] : std::uint8_t{0};
     }
@@ -133,12 +184,12 @@ class PointWriter {
             std::copy_n(colours.data(), 3 * points.count(), to);
             return;
         }
-        for (std::size_t i = 0; i < points.count(); ++i, to += 3) {
+        write_threes(to, points.count(), [&](std::size_t i) -> std::array<std::uint8_t, 4> {
             const Rgb8 colour = format == ColourFormat::none
                                     ? parameters_.materials[material(points.attributes, i)].colour
                                     : point_colour(colours, i, format);
-            std::copy(colour.begin(), colour.end(), to);
-        }
+            return {colour[0], colour[1], colour[2], 0};
+        });
     }
 
     // The values of all stored numbers of a field; none if the caller does not want it.
@@ -154,14 +205,19 @@ class PointWriter {
 
     const pbm_points &to_;
     const ModelParameters &parameters_;
-    const double edge_; // of a voxel
-    std::vector<std::array<float, 3>> normals_;
+    const Positions<double> positions_;
+    const Positions<float> positions_f32_;
+    std::vector<std::array<float, 4>> normals_; // the last one is 0
     std::array<float, kRadii> radii_{};
     std::vector<std::vector<float>> fields_; // [fields of the caller][stored numbers]
 };
 
-std::span<const MortonCode> nodes_of(const std::vector<MortonCode> &codes, const ChunkEntry &chunk) {
-    return std::span(codes).subspan(static_cast<std::size_t>(chunk.first_node), chunk.shape.nodes);
+// Writes the codes of the children of voxels `parents`, one mask for each, to codes[0], codes[1] ..
+void expand(std::span<const MortonCode> parents, ByteView masks, std::span<MortonCode> codes) {
+    std::size_t i = 0;
+    for (std::size_t n = 0; n < parents.size(); ++n)
+        for (unsigned mask = masks[n]; mask != 0 && i < codes.size(); mask &= mask - 1)
+            codes[i++] = parents[n] << 3 | static_cast<MortonCode>(std::countr_zero(mask));
 }
 
 // Codes of the voxels of a level from those of the level above.
@@ -170,13 +226,10 @@ std::vector<MortonCode> expand(const std::vector<MortonCode> &above, ByteView ma
     std::vector<MortonCode> codes(static_cast<std::size_t>(directory.points));
     parallel_for(directory.chunks.size(), threads, [&](std::size_t c) {
         const ChunkEntry &chunk = directory.chunks[c];
-        auto i = static_cast<std::size_t>(chunk.first_point);
-        const std::size_t end = i + chunk.shape.points;
-        const std::span<const MortonCode> nodes = nodes_of(above, chunk);
-        const ByteView chunk_masks = slice(masks, chunk.first_node, chunk.shape.nodes);
-        for (std::size_t n = 0; n < nodes.size(); ++n)
-            for (unsigned mask = chunk_masks[n]; mask != 0 && i < end; mask &= mask - 1)
-                codes[i++] = nodes[n] << 3 | static_cast<MortonCode>(std::countr_zero(mask));
+        const auto node = static_cast<std::size_t>(chunk.first_node),
+                   point = static_cast<std::size_t>(chunk.first_point);
+        expand(std::span(above).subspan(node, chunk.shape.nodes), slice(masks, node, chunk.shape.nodes),
+               std::span(codes).subspan(point, chunk.shape.points));
     });
     return codes;
 }
@@ -197,26 +250,37 @@ class LevelReader {
         return fields_->read_directory(directory_);
     }
 
-    // `nodes`: codes of the level above, if positions are needed.
-    Status run(const std::vector<MortonCode> &nodes, int threads) const {
+    // `parents`: codes of the level above the level above, if positions are needed; none for level 1.
+    Status run(const std::vector<MortonCode> &parents, int threads) const {
         return for_chunks(reader_, directory_, above_, threads,
-                          [&](std::size_t index, const Chunk &chunk) { return write_chunk(index, chunk, nodes); });
+                          [&](std::size_t index, const Chunk &chunk) { return write_chunk(index, chunk, parents); });
     }
 
   private:
-    Status write_chunk(std::size_t index, const Chunk &chunk, const std::vector<MortonCode> &nodes) const {
+    // The codes of a chunk's nodes. Those of the whole level would be a fourth of all points.
+    std::span<const MortonCode> nodes_of(const ChunkEntry &entry, const std::vector<MortonCode> &parents) const {
+        std::vector<MortonCode> &nodes = per_thread<std::vector<MortonCode>>();
+        nodes.assign(entry.shape.nodes, 0); // the root
+        const auto first = static_cast<std::size_t>(entry.first_parent);
+        if (directory_.level > 1)
+            expand(std::span(parents).subspan(first, entry.shape.parents),
+                   slice(above_.masks, first, entry.shape.parents), nodes);
+        return nodes;
+    }
+
+    Status write_chunk(std::size_t index, const Chunk &chunk, const std::vector<MortonCode> &parents) const {
         const ChunkEntry &entry = directory_.chunks[index];
         const auto first = static_cast<std::size_t>(entry.first_point);
         if (writer_.needs_positions())
-            writer_.place_children(nodes_of(nodes, entry), chunk.masks, first, entry.shape.points);
+            writer_.place_children(nodes_of(entry, parents), chunk.masks, first, entry.shape.points);
         writer_.write_attributes({chunk.points, first});
         Bytes stored;
         for (std::size_t f = 0; fields_ && f < fields_->fields().size(); ++f) {
             if (!writer_.needs_field(f))
                 continue;
             const std::uint64_t bytes = fields_->fields()[f].bytes;
-            const ByteView parents = slice(above_.fields[f], bytes * entry.first_node, bytes * entry.shape.nodes);
-            if (Status loaded = fields_->load(directory_.level, index, f, chunk.masks, parents, stored); !loaded)
+            const ByteView node_values = slice(above_.fields[f], bytes * entry.first_node, bytes * entry.shape.nodes);
+            if (Status loaded = fields_->load(directory_.level, index, f, chunk.masks, node_values, stored); !loaded)
                 return loaded;
             writer_.write_field(f, stored, first);
         }
@@ -258,15 +322,15 @@ Status write_points(Reader &reader, int level, const pbm_points &to) {
         load_points(reader, {.max_level = level - 1, .threads = to.threads, .fields = writer.needs_fields()});
     if (!above)
         return above.error();
-    std::vector<MortonCode> nodes{0};
-    for (int l = 1; writer.needs_positions() && l < level; ++l)
-        nodes =
-            expand(nodes, above->levels[static_cast<std::size_t>(l)].masks, *reader.directory(l).value(), to.threads);
+    std::vector<MortonCode> parents{0};
+    for (int l = 1; writer.needs_positions() && l < level - 1; ++l)
+        parents =
+            expand(parents, above->levels[static_cast<std::size_t>(l)].masks, *reader.directory(l).value(), to.threads);
     LevelReader chunks(reader, *above, **directory, writer);
     if (writer.needs_fields())
         if (Status opened = chunks.open_fields(); !opened)
             return opened;
-    return chunks.run(nodes, to.threads);
+    return chunks.run(parents, to.threads);
 }
 
 Result<std::uint64_t> count_points(OpenModel &model, std::int32_t level) {
