@@ -22,8 +22,10 @@
 //       pbm_camera camera = PBM_NEW(pbm_camera);
 //       pbm_picture picture = PBM_NEW(pbm_picture);
 //       FILE *file;
-//       if (argc != 3)
+//       if (argc != 3) {
+//           fprintf(stderr, "usage: draw_model FILE.pbvg PICTURE.ppm\n");
 //           return PBM_USAGE;
+//       }
 //       if (pbm_open_file(argv[1], &model, &error) != PBM_OK)
 //           return fail(&error);
 //       picture.width = WIDTH;

@@ -86,6 +86,9 @@ int fail(const std::string &path, const Error &error) {
 
 // Errors about one of several inputs, or about a part, begin with its name.
 int fail_input(std::span<const std::string> inputs, Error error, std::span<const std::string> parts = {}) {
+    if (std::error_code none;
+        error.name == "io.not_a_file" && inputs.size() == 1 && std::filesystem::is_directory(inputs.front(), none))
+        error.message += "; --batch builds a model of every scan in it";
     for (const auto &files : {parts, inputs})
         for (const std::string &file : files)
             if (const std::string begin = name_of(file) + ": "; error.message.starts_with(begin)) {
@@ -231,7 +234,9 @@ Result<Model> merge(const Arguments &arguments, const std::string &key, std::spa
     for (std::uint64_t i = 0; i < arguments.merged; ++i) {
         Result<Part> part = clock.run("read parts", [&] { return read_part(files[i], {key, {i, arguments.merged}}); });
         if (!part)
-            return Error{part.error().code, 0, files[i] + ": " + part.error().message};
+            return Error{part.error().code, 0,
+                         files[i] + ": " + part.error().message + "; --shard " + std::to_string(i) + "/" +
+                             std::to_string(arguments.merged) + " with the same inputs and options builds it"};
         parts.push_back(std::move(*part));
     }
     return merge_parts(std::move(parts), arguments.inputs, arguments.build, statistics, progress);

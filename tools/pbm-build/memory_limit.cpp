@@ -23,15 +23,18 @@ std::string temporary_folder(const Arguments &arguments) {
     return given != nullptr && *given != '\0' ? given : "/var/tmp";
 }
 
-std::string gigabytes(std::uint64_t bytes) { return formatted("%.1f GB", static_cast<double>(bytes) * 1e-9); }
+std::string amount_of(std::uint64_t bytes) {
+    const auto amount = static_cast<double>(bytes);
+    return bytes < 1'000'000'000 ? formatted("%.0f MB", amount * 1e-6) : formatted("%.1f GB", amount * 1e-9);
+}
 
 void announce(std::string_view program, const std::string &folder, std::uint64_t need, std::uint64_t limit) {
     std::error_code error;
     const std::uint64_t room = fs::space(folder, error).available;
-    std::string text = "this build may need " + gigabytes(need) + "; what is beyond " + gigabytes(limit) +
+    std::string text = "this build may need " + amount_of(need) + "; what is beyond " + amount_of(limit) +
                        " lies in temporary files in " + folder;
     if (!error)
-        text += ", which has room for " + gigabytes(room);
+        text += ", which has room for " + amount_of(room);
     if (!error && room < need - limit)
         text += ": another folder can be named by --temp-dir";
     std::cerr << program << ": note: " << command_line::printable(text) << '\n';

@@ -65,10 +65,17 @@ std::string codes_as_json() {
     return nlohmann::json{{"codes", std::move(codes)}}.dump(2) + "\n";
 }
 
+// Whether the entry stands for a rule of this section of BVG.md: 5.6.1 of 5.6.
+bool holds_rule_of(const CatalogueEntry &entry, const std::string &section) {
+    const std::string rules = " " + std::string(entry.rules);
+    return rules.find(" " + section + ".") != std::string::npos;
+}
+
 std::vector<const CatalogueEntry *> codes_named(const std::string &word) {
     std::vector<const CatalogueEntry *> named;
     for (const CatalogueEntry &entry : kCatalogue)
-        if (word.empty() || entry.name == word || entry.group() == word || entry.stands_for(word))
+        if (word.empty() || entry.name == word || entry.group() == word || entry.stands_for(word) ||
+            holds_rule_of(entry, word))
             named.push_back(&entry);
     return named;
 }

@@ -31,6 +31,13 @@ std::string ignored(const ValidationReport &report) {
     return report.ignored == 0 ? "" : "; " + counted(report.ignored, "finding") + " ignored";
 }
 
+// Whether the validator itself gave up, before it found anything wrong with the file.
+bool is_undecided(const ValidationReport &report) {
+    return report.errors > 0 && std::all_of(report.findings.begin(), report.findings.end(), [](const Finding &finding) {
+               return finding.entry->severity != Severity::error || finding.entry->group() == "system";
+           });
+}
+
 std::string compared(const Finding &finding) {
     std::string text;
     if (!finding.expected.empty())
@@ -78,7 +85,7 @@ void print_text(std::ostream &out, const Verdict &verdict, ValidationLevel level
         return;
     }
     if (!verdict.valid)
-        out << "INVALID " << path << ": " << found << ignored(report) << '\n';
+        out << (is_undecided(report) ? "UNDECIDED " : "INVALID ") << path << ": " << found << ignored(report) << '\n';
     else if (level == ValidationLevel::quick)
         out << "VALID " << path << ": header and section table" << (found.empty() ? "" : "; " + found)
             << ignored(report) << '\n';

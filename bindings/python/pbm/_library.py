@@ -118,7 +118,10 @@ def library() -> ctypes.CDLL:
     if _loaded is None:
         own = os.path.join(os.path.dirname(os.path.abspath(__file__)), "libs", "libpbm.so.1")
         name = os.environ.get("PBM_LIBRARY") or (own if os.path.exists(own) else "libpbm.so.1")
-        loaded = ctypes.CDLL(name)
+        try:
+            loaded = ctypes.CDLL(name)
+        except OSError as error:
+            raise OSError(f"{error}: PBM_LIBRARY names the library, or the package libpbm1 installs it") from None
         for function, arguments in _ARGUMENTS.items():
             getattr(loaded, function).argtypes = arguments
         loaded.pbm_version.restype = c_char_p

@@ -35,13 +35,14 @@ WarningSet warnings_named(const std::vector<std::string> &words) {
 
 void print_warnings(bool as_markdown) {
     if (as_markdown)
-        std::cout << "| name | fate | meaning |\n|---|---|---|\n";
+        std::cout << "| name | fate | meaning | what to do |\n|---|---|---|---|\n";
     for (const WarningEntry &entry : kWarnings)
         if (as_markdown && !entry.name.empty())
-            std::cout << "| `" << entry.name << "` | " << to_string(entry.fate) << " | " << entry.help << " |\n";
+            std::cout << "| `" << entry.name << "` | " << to_string(entry.fate) << " | " << entry.help << " | "
+                      << entry.remedy << " |\n";
         else if (!entry.name.empty())
-            std::cout << formatted("%-20s %-10s ", entry.name.data(), to_string(entry.fate).data()) << entry.help
-                      << '\n';
+            std::cout << formatted("%-20s %-10s ", entry.name.data(), to_string(entry.fate).data()) << entry.help << ' '
+                      << entry.remedy << '\n';
 }
 
 } // namespace pbm::build

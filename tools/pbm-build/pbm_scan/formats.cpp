@@ -54,11 +54,12 @@ std::span<const ScanFormat> scan_formats() { return kFormats; }
 
 std::string names_of_formats() {
     std::vector<std::string> names;
-    for (const ScanFormat &format : kFormats) {
-        std::string &name = names.emplace_back(format.name);
-        std::transform(name.begin(), name.end(), name.begin(),
-                       [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
-    }
+    for (const ScanFormat &format : kFormats)
+        for (const char c : format.extensions)
+            if (c == '.')
+                names.emplace_back();
+            else if (c != ' ')
+                names.back() += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
     return joined(names, " or ");
 }
 

@@ -47,11 +47,10 @@ std::string_view to_string(Fate fate) {
 
 Status refuse_denied(const BuildStatistics &statistics, const WarningSet &denied) {
     for (const AttributeReport &line : statistics.attributes)
-        if (const Warning warning = warning_of(line); contains(denied, warning))
-            return bad_input((line.input.empty() ? "" : line.input + ": ") + "--deny " +
-                             std::string(entry_of(warning).name) + ": " + line.name + " " +
-                             std::string(to_string(line.fate)) + (line.note.empty() ? "" : " (" + line.note + ")") +
-                             "; mend the scan, or leave this --deny out");
+        if (const WarningEntry &entry = entry_of(warning_of(line)); contains(denied, warning_of(line)))
+            return bad_input((line.input.empty() ? "" : line.input + ": ") + "--deny " + std::string(entry.name) +
+                             ": " + line.name + " " + std::string(to_string(line.fate)) +
+                             (line.note.empty() ? "" : " (" + line.note + ")") + ". " + std::string(entry.remedy));
     return {};
 }
 
