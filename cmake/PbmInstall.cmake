@@ -57,6 +57,8 @@ endwhile()
 # With the folders of the tree, so that links between pages lead somewhere.
 install(FILES CHANGELOG.md LICENSE README.md SECURITY.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT pbm-doc)
 install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT pbm-doc PATTERN "*.sh" EXCLUDE)
+# The site, where the target `site` has made it.
+install(DIRECTORY ${CMAKE_BINARY_DIR}/site/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/html COMPONENT pbm-doc OPTIONAL)
 install(FILES format_spec/BVG.md format_spec/ERRATA.md format_spec/mask_ranks.txt
     DESTINATION ${CMAKE_INSTALL_DOCDIR}/format_spec COMPONENT pbm-doc)
 install(FILES format_spec/bvg.magic DESTINATION ${CMAKE_INSTALL_DATADIR}/pbm COMPONENT pbm-tools)

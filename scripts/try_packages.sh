@@ -3,7 +3,7 @@
 # 12, runs the programs on a sample, purges them, and looks for what is left. try_packages.sh [--built] [FOLDER]
 #   --built  takes the packages of build/package/packages as they are
 #   FOLDER   where the Debian is made; default: a temporary folder, removed in the end
-# Root only. Needs the set `packaging` of install_packages.sh and the network of apt. Ends with 77 where the set is
+# Root only. Needs the sets `packaging` and `site` of install_packages.sh and the network of apt. Ends with 77 where the set is
 # missing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -17,7 +17,7 @@ done
 packages=build/package/packages
 if ! $built; then
     cmake --preset package >/dev/null
-    cmake --build --preset package
+    cmake --build --preset package --target all site
     rm -rf $packages
     cpack --config build/package/CPackConfig.cmake -B $packages >/dev/null
 fi
@@ -85,6 +85,7 @@ quietly 'cd /root && python3 -c "import pbm
 model = pbm.open(\"sample.pbvg\")
 assert len(model.points(level=3)[\"positions\"]) > 100 and pbm.validate(\"sample.pbvg\").valid"'
 echo "points read with python3-pbm"
+test -s "$root/usr/share/doc/pbm/html/index.html"
 quietly 'apt-get -qq install --yes --no-install-recommends g++ cmake make pkg-config
     cp -r /usr/share/doc/pbm/examples /root/examples
     cmake -S /root/examples -B /root/examples/build

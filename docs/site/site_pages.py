@@ -12,6 +12,7 @@ from PIL import Image
 
 import api_pages
 import option_pages
+import python_pages
 
 DOORS = ["format_spec/pbm/format.h", "runtime/pbm/render.h", "runtime/pbm/bake.h", "bindings/c/pbm.h"]
 INDEX = "docs/README.md"  # whose tables are the navigation
@@ -39,6 +40,7 @@ class Pages:
         for name, text in pages.items():
             self.write(name, text)
         self.api_names = list(pages)
+        self.write(python_pages.PAGE, python_pages.page())
         self.waiting = ["README.md", "format_spec/BVG.md", "format_spec/ERRATA.md", *map(str, sorted(
             pathlib.Path("docs").rglob("*.md")))]
         while self.waiting:
@@ -130,6 +132,7 @@ class Pages:
             links = [link for _, link in LINK.findall(line)] if len(tabs) > 1 else []
             found = [os.path.normpath(os.path.join("docs", self.link(INDEX, link))) for link in links]
             if any(link.endswith(".h") for link in links):
+                pages.append(python_pages.PAGE)
                 groups.append({"Headers of the libraries": self.api_names})
             elif len(found) > 4:
                 groups.append({"Options of the programs": found})
