@@ -4,6 +4,9 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
 #include <system_error>
 #include <utility>
 
@@ -113,7 +116,28 @@ void read_lines(int file, const std::function<void(std::string_view)> &line) {
         line(text);
 }
 
+bool is_program(const std::filesystem::path &file) {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    constexpr fs::perms kExecutable = fs::perms::owner_exec | fs::perms::group_exec | fs::perms::others_exec;
+    return fs::is_regular_file(file, ignored) &&
+           (fs::status(file, ignored).permissions() & kExecutable) != fs::perms::none;
+}
+
 } // namespace
+
+std::string find_program(std::string_view name) {
+    std::error_code ignored;
+    std::vector<std::filesystem::path> folders{std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path()};
+    const char *const path = std::getenv("PATH");
+    std::istringstream names(path == nullptr ? "" : path);
+    for (std::string folder; std::getline(names, folder, ':');)
+        folders.emplace_back(folder.empty() ? "." : folder);
+    for (const std::filesystem::path &folder : folders)
+        if (is_program(folder / name))
+            return (folder / name).string();
+    return {};
+}
 
 Result<ProgramEnd> run_program(const std::vector<std::string> &arguments,
                                const std::function<void(std::string_view)> &line, const std::stop_token &stop) {

@@ -13,6 +13,9 @@
 
 namespace pbm {
 
+// The path of a program of ours: beside the one that runs, else in PATH. Empty if it is not there.
+std::string find_program(std::string_view name);
+
 class ChildProgram {
   public:
     // Starts `arguments[0]`, searched in PATH. Drops standard output; standard error's first line goes into messages.

@@ -16,6 +16,8 @@
 #include "system/files/mapped_file.h"
 #include "system/processes/paged_heap.h"
 #include "system/processes/this_process.h"
+#include "web_page.h"
+#include "web_page.h"
 
 #include <array>
 #include <chrono>
@@ -109,6 +111,8 @@ std::array<command_line::OutputFile, 4> outputs_of(const Arguments &arguments) {
 // Refuses impossible combinations of files before any work.
 std::optional<int> refuse(const Arguments &arguments, std::span<const std::string> files) {
     const bool to_stdout = arguments.output == "-";
+    if (to_stdout && !arguments.page.empty())
+        return command_line::fail_usage(kProgram, "--page needs an output with a name; leave out -o -");
     if (to_stdout && (arguments.if_changed || arguments.depfile))
         return command_line::fail_usage(kProgram,
                                         "--if-changed and dependency files need an output with a name; use -o");
@@ -324,6 +328,8 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
     const bool builds = arguments.plan.empty() && !arguments.action_key;
     if (const auto failed = builds ? limit_memory(kProgram, arguments) : std::nullopt)
         return *failed;
+    if (const auto failed = begin_page(kProgram, arguments))
+        return *failed;
     if (arguments.depfile && arguments.depfile_name.empty())
         arguments.depfile_name = arguments.output + ".d";
     if (arguments.depfile_target.empty())
@@ -359,6 +365,8 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
     statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (arguments.verbosity >= command_line::Verbosity::normal && stream != nullptr)
         *stream << report(arguments, statistics);
+    if (const auto failed = make_page(kProgram, arguments, stream))
+        return *failed;
     if (arguments.json.empty())
         return 0;
     return command_line::write_json(kProgram, arguments.json, to_json(statistics, arguments.inputs, arguments.output));

@@ -12,7 +12,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -24,25 +23,11 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kBuilder = "pbm-build", kNoCache = "none";
 
-bool is_program(const fs::path &file) {
-    std::error_code ignored;
-    constexpr fs::perms kExecutable = fs::perms::owner_exec | fs::perms::group_exec | fs::perms::others_exec;
-    return fs::is_regular_file(file, ignored) &&
-           (fs::status(file, ignored).permissions() & kExecutable) != fs::perms::none;
-}
-
 Result<std::string> find_builder(const std::string &named) {
     if (!named.empty())
         return named;
-    std::error_code ignored;
-    std::vector<fs::path> folders{fs::read_symlink("/proc/self/exe", ignored).parent_path()};
-    const char *const path = std::getenv("PATH");
-    std::istringstream names(path == nullptr ? "" : path);
-    for (std::string name; std::getline(names, name, ':');)
-        folders.emplace_back(name.empty() ? "." : name);
-    for (const fs::path &folder : folders)
-        if (is_program(folder / kBuilder))
-            return (folder / kBuilder).string();
+    if (std::string found = find_program(kBuilder); !found.empty())
+        return found;
     return Error{ErrorCode::memory, 0,
                  "a scan is shown as the model that pbm-build makes of it, and pbm-build is not installed"};
 }

@@ -1,6 +1,7 @@
 // pbm-render: pictures of a binary voxel grid without a window.
 #include "command_line/common_options.h"
 #include "command_line/json_report.h"
+#include "system/files/file_names.h"
 #include "system/processes/this_process.h"
 #include "system/threads/parallel.h"
 
@@ -12,6 +13,7 @@
 #include "viewer/pictures/image_writer.h"
 #include "viewer/pictures/picture_file.h"
 #include "viewer/scene/scene.h"
+#include "web_page.h"
 
 #include <glm/gtc/constants.hpp>
 #include <nlohmann/json.hpp>
@@ -35,6 +37,7 @@ using namespace pbm;
 
 struct Arguments {
     std::string input, output, depth_output;
+    std::string page; // folder
     std::string json; // file, "-" for stdout, empty for none
     ViewOptions view;
     ScanOptions scans;
@@ -44,7 +47,7 @@ struct Arguments {
 
     Result<PictureForm> form() const { return thumbnail > 0 ? PictureForm::png : picture_form(output); }
     const VideoOptions &video() const { return choice.video; }
-    bool wants_still() const { return !output.empty() || !depth_output.empty(); }
+    bool wants_still() const { return !output.empty() || !depth_output.empty() || !page.empty(); }
     bool wants_picture() const { return wants_still() || bench > 0; }
     LookOptions frame_look() const { return look_of(Motion::moving, view.look); }
     LookOptions picture_look() const { return wants_still() ? look_of(Motion::still, view.look) : frame_look(); }
@@ -73,6 +76,7 @@ struct RunStatistics {
     std::uint64_t file_bytes = 0;
     std::optional<BenchStatistics> bench;
     std::optional<VideoStatistics> video;
+    std::optional<WebPageSizes> page;
 };
 
 constexpr std::string_view kProgram = "pbm-render";
@@ -125,6 +129,9 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
              {.type = "FILE"});
     line.add("--depth-output", "PFM file of depths: distance along the view direction in model units, +inf where empty",
              &arguments.depth_output, {.type = "FILE"});
+    line.add("--page",
+             "A folder for a web server: index.html, which shows the model in this view, and all that it needs",
+             &arguments.page, {.type = "DIR"});
     // Before the options of the view: those that are given too are stored later and win.
     line.add("--thumbnail",
              "A picture for a file manager, PNG whatever its name: at most N x N pixels, the model alone on a "
@@ -152,6 +159,8 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
                  {"pbm-render scan.pbvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
                  {"pbm-render scan.pbvg -o - --no-background | display", "A transparent picture for the next program."},
                  {"pbm-render scan.pbvg -q --thumbnail 256 -o scan.png", "A thumbnail."},
+                 {"pbm-render scan.pbvg --page site",
+                  "A page that shows the model; try it with python3 -m http.server -d site."},
                  {"pbm-render scan.pbvg --turntable scan.avi --quality fine",
                   "A video once round the model; fine frames take 10 to 20 times as long."},
                  {"pbm-render scan.pbvg --turntable - | ffmpeg -f rawvideo -pix_fmt rgb24 -s 1280x720 -r 30 "
@@ -174,7 +183,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.look.render); !known)
         return fail_usage(known.error().message);
     if (!arguments.wants_picture() && arguments.video().output.empty())
-        return fail_usage("nothing to do: name a picture with -o or a video with --turntable");
+        return fail_usage("nothing to do: name a picture with -o, a video with --turntable or a page with --page");
     if (const auto form = arguments.form(); !form)
         return fail_usage(form.error().message);
     return std::nullopt;
@@ -232,6 +241,12 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
         json["video_bytes"] = s.video->bytes;
         json["video_ms"] = s.video->ms;
     }
+    if (s.page)
+        json["page"] = {{"page_bytes", s.page->page},
+                        {"poster_bytes", s.page->poster},
+                        {"viewer_gzip_bytes", s.page->viewer},
+                        {"threaded_viewer_gzip_bytes", s.page->threaded_viewer},
+                        {"model_bytes", s.page->model}};
     json["peak_memory"] = peak_memory();
     return json.dump(2) + "\n";
 }
@@ -239,6 +254,14 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
 // Empty for fast pictures.
 std::string quality_text(const LookOptions &look) {
     return look.quality == Quality::fine ? "fine, " + std::to_string(look.samples) + " samples, " : "";
+}
+
+// What visitors of a page load; `viewed` bytes of the model are what they see first.
+std::string page_text(const std::string &folder, const WebPageSizes &sizes, std::uint64_t viewed) {
+    const auto kilobytes = [](std::uint64_t bytes) { return std::to_string((bytes + 500) / 1000) + " KB"; };
+    return command_line::printable(folder) + ": a page that loads " + kilobytes(sizes.page + sizes.poster) +
+           " with its poster, " + kilobytes(sizes.viewer) + " of the viewer (gzip), and of the model " +
+           kilobytes(viewed) + " of " + kilobytes(sizes.model) + " for the whole view\n";
 }
 
 // The report of a run; `camera` is that of the first picture.
@@ -263,6 +286,8 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
         text << shown_name(arguments.video().output) << ": " << arguments.video().frames << " frames of " << size.x
              << 'x' << size.y << ", " << quality_text(arguments.frame_look()) << s.video->bytes << " bytes, "
              << s.video->ms / 1000 << " s\n";
+    if (s.page)
+        text << page_text(arguments.page, *s.page, s.cost.bytes_read);
     if (s.bench)
         text << "bench: " << arguments.bench << " frames, minimum " << std::setprecision(2) << s.bench->min_ms
              << " ms, median " << s.bench->median_ms << " ms, " << s.bench->drawn_points << " points drawn, memory "
@@ -331,6 +356,22 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
         if (const Status written = command_line::write_bytes(arguments.depth_output, encode_depth_pfm(picture));
             !written)
             return fail(command_line::output_name(arguments.depth_output), written.error());
+    }
+    if (!arguments.page.empty()) {
+        const auto page = write_web_page({.folder = arguments.page,
+                                          .model = drawer.path(),
+                                          .name = std::filesystem::path(uncompressed_name(arguments.input))
+                                                      .filename()
+                                                      .replace_extension(".pbvg")
+                                                      .string(),
+                                          .metadata = drawer.metadata(),
+                                          .view = view,
+                                          .camera = camera,
+                                          .up = up_of(view, drawer.grid()),
+                                          .poster = picture});
+        if (!page)
+            return fail("--page", page.error());
+        statistics.page = *page;
     }
     if (arguments.bench > 0) {
         const auto timed = bench(drawer, first_frame(view, drawer), arguments.bench, picture);
@@ -405,6 +446,8 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
     if (const Status affordable = check_picture_memory(view); !affordable)
         return command_line::fail(kProgram, arguments.output, affordable.error());
 
+    if (const Status there = arguments.page.empty() ? Status() : check_web_viewer(); !there)
+        return fail("--page", there.error());
     const auto prepared = prepare(arguments);
     if (!prepared)
         return command_line::fail(kProgram, arguments.input, prepared.error());

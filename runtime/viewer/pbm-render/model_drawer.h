@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace pbm {
 
@@ -22,6 +23,8 @@ class ModelDrawer {
     const Grid &grid() const { return scene_->model.reader().parameters().grid; }
     // Whether the renderer needs framebuffers with depths.
     bool needs_depths() const { return !painter_; }
+    const std::string &path() const { return path_; }
+    std::string_view metadata() const { return scene_->model.reader().metadata(); }
     std::uint64_t file_size() const { return scene_->file.bytes().size(); }
 
     // Loads what a picture of `size` needs. The reference renderer loads the whole level.

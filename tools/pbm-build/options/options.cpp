@@ -89,7 +89,9 @@ std::optional<int> take_warnings(std::string_view program, Arguments &arguments)
 
 // False for options of destination, speed and output, which do not affect the result.
 bool changes_result(const command_line::GivenValue &option) {
-    constexpr std::array<std::string_view, 32> kHarmless{{"--temp-dir",
+    constexpr std::array<std::string_view, 34> kHarmless{{"--temp-dir",
+                                                          "--page",
+                                                          "--page-view",
                                                           "--action-key",
                                                           "--allow",
                                                           "--list-warnings",
@@ -208,7 +210,10 @@ std::optional<int> name_output(const CommandLine &line, Arguments &arguments) {
     if (!arguments.output.empty())
         return std::nullopt;
     const std::string &input = arguments.inputs.front();
-    arguments.output = std::filesystem::path(uncompressed_name(input)).replace_extension(".pbvg").string();
+    std::filesystem::path output(uncompressed_name(input));
+    if (!arguments.page.empty())
+        output = std::filesystem::path(arguments.page) / output.filename();
+    arguments.output = output.replace_extension(".pbvg").string();
     if (arguments.output == input)
         return command_line::fail_usage(line.program, input + ": named like a model that is built already; draw it "
                                                               "with pbm-render, or name the output with -o");
@@ -439,6 +444,16 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
              {.type = "BYTES", .check = command_line::readable(command_line::parse_bytes), .is_setting = false});
 }
 
+void add_page_options(CommandLine &line, Arguments &arguments) {
+    line.topic = "Output";
+    line.add("--page",
+             "Also a page that shows the model, for a web server: a folder, in which the output lies without -o",
+             &arguments.page,
+             {.type = "DIR", .is_setting = false, .excludes = {"--action-key", "--batch", "--plan", "--shard"}});
+    line.add("--page-view", "Options of pbm-render for the view of the page, in one word", &arguments.page_view,
+             {.type = "OPTIONS", .is_setting = false, .needs = "--page"});
+}
+
 void add_memory_options(CommandLine &line, Arguments &arguments) {
     line.topic = "General";
     line.add(
@@ -520,6 +535,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
     add_recipe(line);
     add_build_system_options(line, arguments);
     add_batch_options(line, arguments);
+    add_page_options(line, arguments);
     add_general_options(line, arguments);
     add_memory_options(line, arguments);
     const command_line::Manual manual{
@@ -530,6 +546,7 @@ std::optional<int> parse(std::string_view program, int argc, char **argv, Argume
                       "dropped."},
                      {"pbm-build scan.ply --lights studio --shadows --ground wood --panorama default -o scan.pbvg",
                       "With shadows on a wooden floor, under a sky."},
+                     {"pbm-build scan.ply --page site", "A page that shows the scan; python3 -m http.server -d site."},
                      {"pbm-build --recipe scan.toml --if-changed -MF scan.d -o scan.pbvg",
                       "As build systems call it."}},
         .logs_steps = true};

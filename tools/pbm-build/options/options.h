@@ -18,6 +18,7 @@ inline constexpr int kMaxTasks = 1000;
 struct Arguments {
     std::vector<std::string> inputs; // at least one, unless this is a batch
     std::string output;
+    std::string page, page_view;         // folder for a web server; options of pbm-render
     std::vector<std::string> fields;     // of --field, readable
     std::vector<std::string> viewpoints; // "X,Y,Z", readable: none, one for all inputs, or one for each
     std::string grid_like;               // .pbvg whose grid is taken, empty for none

@@ -1,0 +1,191 @@
+#include "web_page.h"
+
+#include "pbm_render/camera/camera.h"
+#include "system/files/file_replacement.h"
+#include "system/files/mapped_file.h"
+#include "viewer/pictures/jpeg_encoder.h"
+
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+namespace pbm {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char *kTemplate = "page.html", *kList = "page_files.txt", *kPage = "index.html",
+                     *kPoster = "poster.jpg";
+constexpr int kPosterQuality = 80;
+
+Error of_file(const fs::path &file, Error error) {
+    error.message = file.string() + ": " + error.message;
+    return error;
+}
+
+// The folder with the viewer's files.
+Result<fs::path> find_viewer() {
+    std::error_code ignored;
+    const fs::path programs = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+    std::vector<fs::path> folders{programs / "../share/pbm/web", programs / "../../web/package"};
+    if (const char *named = std::getenv("PBM_WEB"); named != nullptr && *named != '\0')
+        folders = {named};
+    for (const fs::path &folder : folders)
+        if (fs::is_regular_file(folder / kList, ignored))
+            return folder.lexically_normal();
+    return Error{ErrorCode::io, 0,
+                 folders.front().lexically_normal().string() +
+                     ": the viewer for web pages is not there; install it, or name its folder in PBM_WEB"};
+}
+
+Result<std::string> read_text(const fs::path &file) {
+    const Result<MappedFile> mapped = MappedFile::open(file.string());
+    if (!mapped)
+        return of_file(file, mapped.error());
+    const ByteView bytes = mapped->bytes();
+    return std::string(bytes.begin(), bytes.end());
+}
+
+Status write_file(const fs::path &file, ByteView bytes) {
+    const Status written = replace_file(file.string(), bytes, Durability::cached);
+    return written ? written : Status(of_file(file, written.error()));
+}
+
+Status put_file(const fs::path &from, const fs::path &to) {
+    std::error_code ignored;
+    if (fs::equivalent(from, to, ignored))
+        return {};
+    const Result<MappedFile> file = MappedFile::open(from.string());
+    return file ? write_file(to, file->bytes()) : Status(of_file(from, file.error()));
+}
+
+std::string escaped(std::string_view text) {
+    std::string out;
+    for (const char c : text)
+        out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '"' ? "&quot;" : std::string(1, c);
+    return out;
+}
+
+// A relative reference of RFC 3986 to a file in the page's folder.
+std::string reference_to(const std::string &name) {
+    constexpr std::string_view kHex = "0123456789ABCDEF";
+    std::string out = "./";
+    for (const char c : name) {
+        const auto byte = static_cast<unsigned char>(c);
+        if ((c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+            std::string_view("-._~").find(c) != std::string_view::npos)
+            out += c;
+        else
+            (out += '%') += {kHex[byte >> 4], kHex[byte & 15]};
+    }
+    return out;
+}
+
+std::string title_of(const WebPage &page) {
+    const nlohmann::json metadata = nlohmann::json::parse(page.metadata, nullptr, false);
+    if (metadata.is_object() && metadata.contains("name") && metadata["name"].is_string())
+        return metadata["name"];
+    return fs::path(page.name).stem().string();
+}
+
+// The attributes of a view that the command line asks for; without one the element frames the model itself.
+std::string view_attributes(const WebPage &page) {
+    const ViewOptions &view = page.view;
+    if (!view.position && !view.focal_point && !view.view_up && view.view_angle == ViewOptions().view_angle)
+        return {};
+    const Camera &camera = page.camera;
+    const glm::dvec3 up = up_direction(page.up), front = front_direction(page.up), right = glm::cross(up, front);
+    const glm::dvec3 away = camera.position - camera.focal_point;
+    const double radius = glm::length(away);
+    std::ostringstream text;
+    text.precision(9);
+    text << "\n            camera-orbit=\"" << std::atan2(glm::dot(away, right), glm::dot(away, front)) << "rad "
+         << std::acos(std::clamp(glm::dot(away, up) / radius, -1.0, 1.0)) << "rad " << radius << "\" camera-target=\""
+         << camera.focal_point.x << ' ' << camera.focal_point.y << ' ' << camera.focal_point.z << "\" field-of-view=\""
+         << camera.view_angle << "rad\"";
+    return text.str();
+}
+
+std::string background_of(const ViewOptions &view) {
+    const auto &colour = view.look.render.background;
+    std::ostringstream text;
+    text << "rgb(" << int{colour[0]} << ' ' << int{colour[1]} << ' ' << int{colour[2]} << " / " << colour[3] / 255.0
+         << ')';
+    return text.str();
+}
+
+std::string filled(std::string text, const std::vector<std::pair<std::string_view, std::string>> &values) {
+    for (const auto &[place, value] : values)
+        for (std::size_t at = 0; (at = text.find(place, at)) != std::string::npos; at += value.size())
+            text.replace(at, place.size(), value);
+    return text;
+}
+
+// Copies the files of the list; adds their sizes.
+Status copy_viewer(const fs::path &from, const fs::path &to, WebPageSizes &sizes) {
+    const Result<std::string> list = read_text(from / kList);
+    if (!list)
+        return list.error();
+    std::istringstream lines(*list);
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream words(line);
+        std::string name, use;
+        std::uint64_t bytes = 0;
+        words >> name >> bytes >> use;
+        if (Status copied = put_file(from / name, to / name); !copied)
+            return copied;
+        (use == "isolated" ? sizes.threaded_viewer : sizes.viewer) += bytes;
+    }
+    return {};
+}
+
+} // namespace
+
+Status check_web_viewer() {
+    const Result<fs::path> found = find_viewer();
+    return found ? Status() : Status(found.error());
+}
+
+Result<WebPageSizes> write_web_page(const WebPage &page) {
+    const Result<fs::path> viewer = find_viewer();
+    if (!viewer)
+        return viewer.error();
+    const Result<std::string> form = read_text(*viewer / kTemplate);
+    if (!form)
+        return form.error();
+    const fs::path folder = page.folder;
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error)
+        return Error{ErrorCode::io, 0, folder.string() + ": cannot make this folder: " + error.message()};
+    WebPageSizes sizes;
+    if (Status copied = copy_viewer(*viewer, folder, sizes); !copied)
+        return copied.error();
+    if (Status copied = put_file(page.model, folder / page.name); !copied)
+        return copied.error();
+    sizes.model = fs::file_size(folder / page.name, error);
+    const Result<Bytes> poster = encode_jpeg(page.poster, kPosterQuality);
+    if (!poster)
+        return poster.error();
+    sizes.poster = poster->size();
+    if (Status written = write_file(folder / kPoster, *poster); !written)
+        return written.error();
+    const std::string text = filled(*form, {{"@TITLE@", escaped(title_of(page))},
+                                            {"@MODEL@", reference_to(page.name)},
+                                            {"@POSTER@", reference_to(kPoster)},
+                                            {"@BACKGROUND@", background_of(page.view)},
+                                            {"@VIEW@", view_attributes(page)}});
+    sizes.page = text.size();
+    if (Status written = write_file(folder / kPage, as_bytes(text)); !written)
+        return written.error();
+    return sizes;
+}
+
+} // namespace pbm

@@ -1,0 +1,54 @@
+#include "web_page.h"
+
+#include "command_line/command_line.h"
+#include "system/processes/child_program.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <sstream>
+#include <system_error>
+
+namespace pbm::build {
+namespace {
+
+constexpr std::string_view kRenderer = "pbm-render";
+
+} // namespace
+
+std::optional<int> begin_page(std::string_view program, const Arguments &arguments) {
+    if (arguments.page.empty())
+        return std::nullopt;
+    if (find_program(kRenderer).empty())
+        return command_line::fail(program, "--page",
+                                  {ErrorCode::memory, 0, "pbm-render makes the page, and it is not installed"});
+    std::error_code error;
+    std::filesystem::create_directories(arguments.page, error);
+    if (!error)
+        return std::nullopt;
+    return command_line::fail(program, arguments.page,
+                              {ErrorCode::io, 0, "cannot make this folder: " + error.message()});
+}
+
+std::optional<int> make_page(std::string_view program, const Arguments &arguments, std::ostream *report) {
+    if (arguments.page.empty())
+        return std::nullopt;
+    std::vector<std::string> words{find_program(kRenderer), arguments.output, "--page=" + arguments.page};
+    if (arguments.build.threads > 0)
+        words.push_back("--threads=" + std::to_string(arguments.build.threads));
+    std::istringstream view(arguments.page_view);
+    for (std::string word; view >> word;)
+        words.push_back(word);
+    const auto ended = run_program(words, [&](std::string_view line) {
+        if (report != nullptr && arguments.verbosity >= command_line::Verbosity::normal)
+            *report << line << '\n';
+    });
+    if (!ended)
+        return command_line::fail(program, "--page", ended.error());
+    if (ended->exit_code == 0)
+        return std::nullopt;
+    std::cerr << command_line::printable(ended->message) << '\n';
+    return std::max(ended->exit_code, 1);
+}
+
+} // namespace pbm::build
