@@ -121,11 +121,17 @@ std::string background_of(const ViewOptions &view) {
     return text.str();
 }
 
-std::string filled(std::string text, const std::vector<std::pair<std::string_view, std::string>> &values) {
-    for (const auto &[place, value] : values)
-        for (std::size_t at = 0; (at = text.find(place, at)) != std::string::npos; at += value.size())
-            text.replace(at, place.size(), value);
-    return text;
+// Fills the places of a text; values may look like places.
+std::string filled(const std::string &text, const std::vector<std::pair<std::string_view, std::string>> &values) {
+    std::string out;
+    for (std::size_t at = 0; at < text.size();) {
+        const auto found = std::find_if(values.begin(), values.end(), [&](const auto &value) {
+            return std::string_view(text).substr(at).starts_with(value.first);
+        });
+        out += found == values.end() ? text.substr(at, 1) : found->second;
+        at += found == values.end() ? 1 : found->first.size();
+    }
+    return out;
 }
 
 // Copies the files of the list; adds their sizes.

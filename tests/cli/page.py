@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""Folders for web servers, as --page writes them: page.py PROGRAMS WORK_FOLDER SOURCE_FOLDER"""
+
+import html.parser
+import json
+import math
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import urllib.parse
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from commands import check, must  # noqa: E402
+
+programs, work, source = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+shutil.rmtree(work, ignore_errors=True)
+work.mkdir(parents=True)
+
+# A viewer of two files: the one that is built needs another compiler.
+viewer = work / "viewer"
+viewer.mkdir()
+shutil.copy(source / "bindings/web/page/page.html", viewer)
+files = {"pbm-viewer.js": (b"viewer", 40, ""), "pbm_threads.wasm": (b"threads", 2, " isolated"), "pbm.wasm": (b"wasm", 1000, "")}
+for name, (content, _, _) in files.items():
+    (viewer / name).write_bytes(content)
+(viewer / "page_files.txt").write_text("".join(f"{name} {size}{use}\n" for name, (_, size, use) in files.items()))
+environment = {**os.environ, "PBM_WEB": str(viewer.resolve())}
+
+
+def run(program, *arguments):
+    return must(programs / program, *arguments, cwd=work, env=environment, timeout=300)
+
+
+def refused(code, message, program, *arguments, web=environment["PBM_WEB"]):
+    result = subprocess.run([str(programs / program), *arguments], cwd=work, env={**environment, "PBM_WEB": web},
+                            capture_output=True, text=True, timeout=300)
+    check(result.returncode == code and message in result.stderr,
+          f"{program} {arguments}: {result.returncode}, {result.stderr}")
+
+
+class Page(html.parser.HTMLParser):
+    """Attributes of the elements of a page, and its title."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.elements, self.title, self.last = {}, "", ""
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attributes):
+        self.elements[tag], self.last = dict(attributes), tag
+
+    def handle_data(self, text):
+        if self.last == "title":
+            self.title += text.strip()
+
+
+def target(reference):
+    return urllib.parse.unquote(reference.removeprefix("./"))
+
+
+run("pbm-sample", "--vertices", 10000, "-q", "-o", "a #1%.ply")
+name = 'Lion "A" & <b> @MODEL@'
+printed = run("pbm-build", "a #1%.ply", "--depth", 7, "--name", name, "--page", "site/of a scan")
+folder = work / "site/of a scan"
+check("site/of a scan/a #1%.pbvg: " in printed and "site/of a scan: a page that loads" in printed, "it says " + printed)
+must(programs / "pbm-validate", folder / "a #1%.pbvg")
+for file, (content, _, _) in files.items():
+    check((folder / file).read_bytes() == content, file + " is not that of the viewer")
+check((folder / "poster.jpg").read_bytes()[:3] == b"\xff\xd8\xff", "the poster is no JPEG")
+page = Page(folder / "index.html")
+shown = page.elements["pbm-viewer"]
+check(page.title == name and shown["alt"] == name, f"the page is called {page.title}")
+check(target(shown["src"]) == "a #1%.pbvg" and target(shown["poster"]) == "poster.jpg", f"it shows {shown}")
+check(target(page.elements["script"]["src"]) in files, "the page loads another script")
+check("@" not in (folder / "index.html").read_text().replace("@MODEL@", ""), "a place of the page is not filled")
+check("camera-orbit" not in shown, "the default view is no view of its own")
+names = sorted(path.name for path in folder.iterdir())
+check(names == sorted([*files, "index.html", "poster.jpg", "a #1%.pbvg"]), f"it holds {names}")
+
+# Again, of the model in the folder, which is left alone, and of a view.
+before = (folder / "a #1%.pbvg").stat()
+position, focus = (1.5, 0.25, 2), (0.25, 0.5, 0.125)
+report = json.loads(run("pbm-render", folder.relative_to(work) / "a #1%.pbvg", "--page", folder.relative_to(work), "--json",
+                        "--camera-position=%s,%s,%s" % position, "--camera-focal-point=%s,%s,%s" % focus,
+                        "--camera-view-angle=20"))
+after = (folder / "a #1%.pbvg").stat()
+check((before.st_ino, before.st_mtime_ns) == (after.st_ino, after.st_mtime_ns), "the model was written over itself")
+sizes = report["page"]
+check(sizes["viewer_gzip_bytes"] == 1040 and sizes["threaded_viewer_gzip_bytes"] == 2, f"sizes of the viewer: {sizes}")
+check(sizes["model_bytes"] == after.st_size, f"size of the model: {sizes}")
+check(sizes["poster_bytes"] == (folder / "poster.jpg").stat().st_size, f"size of the poster: {sizes}")
+check(sizes["page_bytes"] == (folder / "index.html").stat().st_size, f"size of the page: {sizes}")
+shown = Page(folder / "index.html").elements["pbm-viewer"]
+theta, phi, radius = (float(word.removesuffix("rad")) for word in shown["camera-orbit"].split())
+aim = [float(word) for word in shown["camera-target"].split()]
+seen = [aim[0] + radius * math.sin(phi) * math.sin(theta), aim[1] + radius * math.cos(phi),
+        aim[2] + radius * math.sin(phi) * math.cos(theta)]  # the sample's up axis is y
+check(all(abs(a - b) < 1e-6 for a, b in zip(seen, position)), f"the orbit {shown} is at {seen}")
+check(all(abs(a - b) < 1e-6 for a, b in zip(aim, focus)), f"the orbit {shown} is about {aim}")
+check(abs(float(shown["field-of-view"].removesuffix("rad")) - math.radians(20)) < 1e-6, f"the angle is {shown}")
+
+# What cannot be: nothing is written, and the model stays.
+refused(2, "the viewer for web pages is not there", "pbm-render", "site/of a scan/a #1%.pbvg", "--page", "none", web="/nowhere")
+check(not (work / "none").exists(), "a page without a viewer left a folder")
+(work / "file").write_bytes(b"")
+refused(2, "cannot make this folder", "pbm-render", "site/of a scan/a #1%.pbvg", "--page", "file")
+refused(2, "cannot make this folder", "pbm-build", "a #1%.ply", "--page", "file")
+refused(1, "--page needs an output with a name", "pbm-build", "a #1%.ply", "--page", "other", "-o", "-")
+refused(1, "--colour is not known", "pbm-build", "a #1%.ply", "--page", "site/of a scan", "--page-view", "--colour red")
+must(programs / "pbm-validate", folder / "a #1%.pbvg")
+print("passed")
