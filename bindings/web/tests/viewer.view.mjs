@@ -1,0 +1,140 @@
+// The view of the viewer: orbits, projections, attributes, motion, and credits.
+import assert from "node:assert/strict";
+import { describe, test } from "node:test";
+import { creditsOf, linked } from "../viewer/credit.js";
+import { Motion } from "../viewer/motion.js";
+import * as orbits from "../viewer/orbit.js";
+
+const infoOf = (up, unit = "m") => ({ up, unit, lowest: [-1, -1, -1], highest: [1, 1, 1] });
+const near = (a, b, tolerance = 1e-9) => {
+    assert.equal(a.length, b.length);
+    for (const [i, x] of a.entries()) assert.ok(Math.abs(x - b[i]) <= tolerance, `${a} is not near ${b}`);
+};
+const ORBIT = { theta: 0.3, phi: 1.2, radius: 5, target: [0.1, 0.2, 0.3], viewAngle: 0.5 };
+
+describe("orbit", () => {
+    for (const up of ["+x", "+y", "+z"]) {
+        test(`cameras and orbits are the same thing, ${up} up`, () => {
+            const stage = orbits.stage(infoOf(up));
+            const again = orbits.orbitOf(orbits.cameraOf(ORBIT, stage), stage);
+            near([again.theta, again.phi, again.radius, ...again.target], [0.3, 1.2, 5, 0.1, 0.2, 0.3]);
+        });
+    }
+    test("theta turns to the right of the model, phi leads down from the top", () => {
+        const stage = orbits.stage(infoOf("+y"));
+        const at = (theta, phi) => orbits.cameraOf({ ...ORBIT, target: [0, 0, 0], radius: 1, theta, phi }, stage);
+        near(at(0, Math.PI / 2).position, [0, 0, 1]);
+        near(at(Math.PI / 2, Math.PI / 2).position, [1, 0, 0]);
+        near(at(0, 0).position, [0, 1, 0]);
+        near(at(0, 0).up, [0, 0, -1]);
+        near(at(0, Math.PI / 2).up, [0, 1, 0]);
+    });
+    test("a Z-up model is seen from -Y", () => {
+        const camera = orbits.cameraOf({ ...ORBIT, theta: 0, phi: Math.PI / 2, target: [0, 0, 0] }, orbits.stage(infoOf("+z")));
+        near(camera.position, [0, -5, 0]);
+    });
+    test("a drag to the right moves what is in the plane of the target by as many pixels", () => {
+        const stage = orbits.stage(infoOf("+y"));
+        const point = [0.1, 0.2, 0.3];
+        const before = orbits.project(point, orbits.cameraOf(ORBIT, stage), 400, 300);
+        near([before.x, before.y], [200, 150]);
+        const after = orbits.project(point, orbits.cameraOf(orbits.panned(ORBIT, 0.1, 0.2, stage), stage), 400, 300);
+        near([after.x, after.y], [230, 210]);
+    });
+    test("places in the picture lead back to the point", () => {
+        const camera = orbits.cameraOf(ORBIT, orbits.stage(infoOf("+z")));
+        const { x, y, depth } = orbits.project([0.5, -0.4, 0.2], camera, 640, 480);
+        near(orbits.unproject(x, y, depth, camera, 640, 480), [0.5, -0.4, 0.2]);
+    });
+    test("points behind the surface are hidden, and those that face away", () => {
+        const stage = orbits.stage(infoOf("+y"));
+        const camera = orbits.cameraOf({ ...ORBIT, theta: 0, phi: Math.PI / 2, target: [0, 0, 0] }, stage);
+        const picture = { camera, width: 9, height: 9, depths: new Float32Array(81).fill(4) };
+        const isVisible = (point, normal = null) => orbits.isVisible(point, normal, picture, 0.01);
+        assert.equal(isVisible([0, 0, 1]), true);
+        assert.equal(isVisible([0, 0, -1]), false);
+        assert.equal(isVisible([0, 0, 1], [0, 0, 1]), true);
+        assert.equal(isVisible([0, 0, 1], [0, 0, -1]), false);
+        assert.equal(isVisible([9, 0, 0]), false);
+        assert.equal(isVisible([0, 0, 9]), false);
+        picture.depths.fill(Infinity);
+        assert.equal(isVisible([0, 0, -1]), true);
+    });
+});
+
+describe("attributes", () => {
+    const stage = orbits.stage(infoOf("+y", "cm"));
+    const framed = { theta: 0, phi: Math.PI / 2, radius: 10, target: [0, 0, 0], viewAngle: 0.5 };
+    test("nothing given is the framed view itself", () => {
+        assert.equal(orbits.orbitFrom(framed, stage, null, null, null), framed);
+    });
+    test("angles, percent, units and auto", () => {
+        const orbit = orbits.orbitFrom(framed, stage, "90deg 1rad 50%", "0.5 auto 1mm", null);
+        near([orbit.theta, orbit.phi, orbit.radius, ...orbit.target], [Math.PI / 2, 1, 5, 0.5, 0, 0.1]);
+        assert.equal(orbits.orbitFrom(framed, stage, "auto auto 0.03m", null, null).radius, 3);
+    });
+    test("a narrower view stands farther away", () => {
+        const { radius, viewAngle } = orbits.orbitFrom(framed, stage, null, null, "10deg");
+        near([viewAngle, radius * Math.sin(viewAngle / 2)], [Math.PI / 18, 10 * Math.sin(0.25)]);
+    });
+    for (const [orbit, target] of [["30 auto auto", null], ["auto auto", null], ["auto auto 3px", null], [null, "1 2"]]) {
+        test(`${orbit ?? target} is refused with advice`, () => {
+            assert.throws(() => orbits.orbitFrom(framed, stage, orbit, target, null), /write/);
+        });
+    }
+    test("the model cannot be lost", () => {
+        const orbit = orbits.orbitFrom(framed, stage, "0 -3rad 1e9", "100 0 0", null);
+        near([orbit.phi, orbit.radius, ...orbit.target], [0, 50 * Math.sqrt(3), Math.sqrt(3), 0, 0]);
+    });
+});
+
+describe("motion", () => {
+    const stage = orbits.stage(infoOf("+y"));
+    const framed = { theta: 0, phi: Math.PI / 2, radius: 10, target: [0, 0, 0], viewAngle: 0.5 };
+    test("a drag is shown at once, a key glides to its goal and ends there", () => {
+        const motion = new Motion(stage, framed);
+        assert.equal(motion.step(16), false);
+        motion.turn(0.1, 0, false);
+        assert.equal(motion.orbit, motion.goal);
+        assert.equal(motion.step(16), true);
+        assert.equal(motion.step(16), false);
+        motion.zoom(2, true);
+        let steps = 0;
+        for (; motion.step(16); ++steps) assert.ok(motion.orbit.radius <= 10 && motion.orbit.radius >= 5);
+        assert.ok(steps > 5);
+        assert.equal(motion.orbit, motion.goal);
+        assert.equal(motion.orbit.radius, 5);
+    });
+    test("the default view stays the exact one in another shape of the picture", () => {
+        const motion = new Motion(stage, framed);
+        const wide = { ...framed, radius: 8 };
+        motion.reframe(wide);
+        assert.equal(motion.orbit, wide);
+        motion.zoom(2, false);
+        motion.reframe(framed);
+        assert.equal(motion.orbit.radius, 5);
+    });
+    test("descriptions", () => {
+        const of = (theta, phi) => orbits.describe({ theta: theta * Math.PI / 180, phi: phi * Math.PI / 180 });
+        assert.deepEqual([of(0, 90), of(50, 45), of(-90, 120), of(180, 90), of(720, 5), of(3, 178)],
+            ["front", "upper front right", "lower left", "back", "top", "bottom"]);
+    });
+});
+
+describe("credits", () => {
+    test("name, credit and licence are shown, and nothing else", () => {
+        assert.deepEqual(creditsOf('{"generator":"x","name":"Lucy","credit":" A\\u0000\\u202eB ","licence":"","options":{}}'),
+            ["Lucy", "A B"]);
+        assert.deepEqual(creditsOf('{"name":7}'), []);
+        assert.deepEqual(creditsOf("{"), []);
+        assert.deepEqual(creditsOf("null"), []);
+    });
+    test("links lead to http and https alone", () => {
+        assert.deepEqual(linked("Smith <https://example.org/a>, 2020"),
+            [{ text: "Smith", href: "https://example.org/a" }, { text: ", 2020" }]);
+        assert.deepEqual(linked("CC-BY-4.0 https://creativecommons.org/licenses/by/4.0/."), [{ text: "CC-BY-4.0" },
+            { text: "creativecommons.org", href: "https://creativecommons.org/licenses/by/4.0/" }, { text: "." }]);
+        const text = "javascript:alert(1) <javascript:alert(1)> <script>x</script>";
+        assert.deepEqual(linked(text), [{ text }]);
+    });
+});

@@ -1,0 +1,66 @@
+// The page of the validator: takes a file, has a worker examine it, and shows what was found.
+
+const MOST_FINDINGS = 1000;
+const LARGEST = 1.5e9; // bytes of a file: it is examined in memory
+const SEVERITIES = ["info", "warning", "error"];
+const byId = (id) => document.getElementById(id);
+const [drop, file, state, result, verdict, counts, findings] =
+    ["drop", "file", "state", "result", "verdict", "counts", "findings"].map(byId);
+const number = (value) => Number(value).toLocaleString("en");
+
+let worker = null;
+
+function examine(chosen) {
+    worker?.terminate();
+    result.hidden = true;
+    if (chosen.size > LARGEST) {
+        state.textContent = `${chosen.name} has ${number(chosen.size)} bytes, more than this page can examine: run pbm-validate.`;
+        return;
+    }
+    state.textContent = `${chosen.name} is being examined.`;
+    // A worker made of a Blob inherits the page's Content-Security-Policy, one of a file does not.
+    const code = `import ${JSON.stringify(new URL("./validator_worker.js", import.meta.url).href)};`;
+    const url = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
+    worker = new Worker(url, { type: "module" });
+    worker.onmessage = ({ data }) => {
+        if (data === "ready") worker.postMessage({ file: chosen, level: "deep", maxFindings: MOST_FINDINGS });
+        else show(chosen, data);
+    };
+    worker.onerror = () => {
+        state.textContent = "The validator cannot run: are all files of the package on the server?";
+    };
+}
+
+function show(chosen, { report, message }) {
+    state.textContent = message ? `${chosen.name} cannot be examined: ${message}` : "";
+    result.hidden = !report;
+    if (!report) return;
+    const valid = report.verdict === 0;
+    verdict.textContent = `${chosen.name} is ${valid ? "valid" : "not valid"}`;
+    verdict.className = valid ? "valid" : "invalid";
+    counts.textContent = `${number(chosen.size)} bytes, ${number(report.points)} points verified; `
+        + `${number(report.errors)} errors, ${number(report.warnings)} warnings, ${number(report.infos)} notes`
+        + (report.findings.length < report.errors + report.warnings + report.infos
+            ? `; the first ${number(report.findings.length)} are listed` : "");
+    findings.hidden = report.findings.length === 0;
+    findings.tBodies[0].replaceChildren(...report.findings.map(row));
+}
+
+function row({ severity, name, rule, offset, section, message, remedy }) {
+    const level = typeof severity === "number" ? SEVERITIES[severity] : severity;
+    const line = document.createElement("tr");
+    line.className = level;
+    const link = Object.assign(document.createElement("a"), { href: `validator-codes.html#${name}`, textContent: name });
+    for (const content of [level, link, rule, offset === null ? "" : number(offset), section, message, remedy])
+        line.insertCell().append(content);
+    return line;
+}
+
+file.addEventListener("change", () => file.files[0] && examine(file.files[0]));
+for (const name of ["dragover", "dragleave", "drop"]) {
+    document.addEventListener(name, (event) => {
+        event.preventDefault();
+        drop.classList.toggle("over", name === "dragover");
+        if (name === "drop" && event.dataTransfer.files[0]) examine(event.dataTransfer.files[0]);
+    });
+}

@@ -1,0 +1,13 @@
+// The worker of the validator's page: reads one file and examines it.
+import { loadValidator } from "./pbm.js";
+
+self.onmessage = async ({ data: { file, ...options } }) => {
+    try {
+        const [validator, bytes] = await Promise.all([
+            loadValidator({ base: new URL("./", import.meta.url) }), file.arrayBuffer()]);
+        self.postMessage({ report: validator.validate(new Uint8Array(bytes), options) });
+    } catch (error) {
+        self.postMessage({ message: error.message });
+    }
+};
+self.postMessage("ready");

@@ -1,0 +1,84 @@
+// How the view moves: the orbit that is shown glides to its goal.
+import { panned, within } from "./orbit.js";
+
+const GLIDE = 70; // ms: time constant
+const TURN = Math.PI; // radians of a drag as long as the picture is high
+
+export class Motion {
+    // The orbit that shows the whole model: the very object stands for the default camera, which is exact.
+    framed;
+    orbit; // that is shown
+    goal;
+    #stage;
+    #changed = false;
+
+    constructor(stage, framed) {
+        this.#stage = stage;
+        this.framed = this.orbit = this.goal = framed;
+    }
+
+    go(goal, smooth) {
+        this.goal = goal === this.framed ? goal : within(goal, this.#stage);
+        if (!smooth) this.orbit = this.goal;
+        this.#changed = true;
+    }
+
+    // The picture has another shape: as much of the model as before stays in view.
+    reframe(framed) {
+        const factor = framed.radius / this.framed.radius;
+        const isFramed = this.goal === this.framed;
+        this.framed = framed;
+        this.go(isFramed ? framed : { ...this.goal, radius: this.goal.radius * factor }, false);
+    }
+
+    // Lengths are picture heights.
+    turn(right, down, smooth) {
+        const { theta, phi } = this.goal;
+        this.go({ ...this.goal, theta: theta - right * TURN, phi: phi - down * TURN }, smooth);
+    }
+
+    pan(right, down, smooth) {
+        this.go(panned(this.goal, right, down, this.#stage), smooth);
+    }
+
+    zoom(factor, smooth) {
+        this.go({ ...this.goal, radius: this.goal.radius / factor }, smooth);
+    }
+
+    // The same view, seen after `angle` radians about the model's up axis.
+    rotate(angle) {
+        this.orbit = { ...this.orbit, theta: this.orbit.theta + angle };
+        this.goal = { ...this.goal, theta: this.goal.theta + angle };
+        this.#changed = true;
+    }
+
+    // Moves on by `passed` ms. Returns whether the view changed.
+    step(passed) {
+        const changed = this.#changed || this.orbit !== this.goal;
+        this.#changed = false;
+        if (this.orbit !== this.goal) {
+            const next = between(this.orbit, this.goal, 1 - Math.exp(-passed / GLIDE));
+            this.orbit = isNear(next, this.goal) ? this.goal : next;
+        }
+        return changed;
+    }
+}
+
+// The part 0..1 of the way from one orbit to another.
+function between(from, to, part) {
+    const mix = (a, b) => a + (b - a) * part;
+    return {
+        theta: mix(from.theta, to.theta),
+        phi: mix(from.phi, to.phi),
+        radius: from.radius * (to.radius / from.radius) ** part,
+        target: from.target.map((x, i) => mix(x, to.target[i])),
+        viewAngle: mix(from.viewAngle, to.viewAngle),
+    };
+}
+
+// Whether pictures of 1000 rows hardly differ.
+function isNear(a, b) {
+    return Math.abs(a.theta - b.theta) < 1e-3 && Math.abs(a.phi - b.phi) < 1e-3
+        && Math.abs(a.radius / b.radius - 1) < 1e-3 && Math.abs(a.viewAngle - b.viewAngle) < 1e-3
+        && Math.hypot(...a.target.map((x, i) => x - b.target[i])) < 1e-3 * b.radius;
+}

@@ -1,0 +1,170 @@
+// <pbm-viewer>: shows a binary voxel grid (.pbvg) on a page. Names follow <model-viewer> where both have the same thing.
+//
+//   <script type="module" src="pbm-viewer/pbm-viewer.js"></script>
+//   <pbm-viewer src="scan.pbvg" controls alt="A marble lion"></pbm-viewer>
+//
+// Attributes
+//   src            address of the model
+//   alt            what the picture shows, for people who do not see it
+//   controls       pointers, wheel and keys move the view; a file that is dropped on the element is shown
+//   camera-orbit   "theta phi radius": azimuth (0: in front of the model), polar angle (0: above it) and distance to
+//                  the target: "30deg 75deg 105%". Angles in deg or rad; lengths in model units, m, cm, mm, or % of the
+//                  distance that shows the whole model. Each may be "auto"
+//   camera-target  "x y z": the point that the camera turns about; lengths or "auto"
+//   field-of-view  vertical angle: "30deg"
+//   auto-rotate    the model turns while nobody touches it
+//   background     a CSS colour; default transparent
+//   quality        fast: one colour a point; fine: smooth, as pbm-render draws, once the view rests; auto (default):
+//                  fine, if the machine is quick enough
+//   poster         address of a picture that is shown until the model is; or give an element slot="poster"
+//   loading        auto (default) and lazy: once the element comes near the visible part of the page; eager: at once
+//   reveal         auto (default): the poster goes with the first picture; manual: with dismissPoster()
+//   max-memory     MB that the model may take; default 256
+//   disable-zoom   the wheel scrolls the page
+//   touch-action   none: vertical swipes turn the view; by default they scroll the page
+//
+// Children
+//   <button slot="hotspot-NAME" data-position="x y z" data-normal="x y z">: stays at this point of the model (lengths as
+//   in camera-target). While the picture hides the point, or the normal (optional) leads away from the eye, the element
+//   lacks the attribute data-visible and is drawn with the opacity --min-hotspot-opacity. Changes dispatch
+//   hotspot-visibility on it
+//
+// CSS: --progress-bar-color, --focus-color, --min-hotspot-opacity; parts canvas, input, poster, progress-bar, credit,
+// notice, fullscreen-button.
+
+/** Angles are radians, lengths model units. As text it is a value of the attribute `camera-orbit`. */
+export interface Orbit {
+    theta: number;
+    phi: number;
+    radius: number;
+    toString(): string;
+}
+
+/** Model units. As text it is a value of `camera-target` and `data-position`. */
+export interface Point {
+    x: number;
+    y: number;
+    z: number;
+    toString(): string;
+}
+
+/** What is known of a model: `pbm_info` of pbm.h. */
+export interface ModelInfo {
+    fileBytes: number;
+    points: number;
+    depth: number;
+    attributes: number;
+    origin: [number, number, number];
+    voxelSize: number;
+    lowest: [number, number, number];
+    highest: [number, number, number];
+    unit: "m" | "mm" | "cm" | "in" | "ft" | "km" | "unknown";
+    up: "+x" | "+y" | "+z";
+    /** A JSON object: untrusted text. */
+    metadata: string;
+    contentId: string;
+    fields: number;
+    materials: number;
+    lights: number;
+}
+
+export interface CameraChange {
+    /** Each is text as in the attribute, or what a getter returned. Left out: as it is now. */
+    orbit?: Orbit | string;
+    target?: Point | string;
+    /** Degrees, or text with a unit. */
+    fieldOfView?: number | string;
+}
+
+/** Times are milliseconds. */
+export interface Statistics {
+    version: string | null;
+    /** 0: one thread draws. */
+    threads: number;
+    /** That arrived, and that are kept compressed. */
+    bytes: number;
+    heldBytes: number;
+    requests: number;
+    /** Of the picture that is shown; `scale` is below 1 while the view moves on a slow machine. */
+    width: number;
+    height: number;
+    scale: number;
+    /** The picture lacks no bytes. */
+    complete: boolean;
+    /** Per pixel, of a fine picture; 0: a fast one. */
+    samples: number;
+    /** Of the last picture of each kind. */
+    fastTime: number;
+    fineTime: number;
+    movingTime: number;
+    /** From the start of the worker to the first picture, and to the first that lacked nothing. */
+    firstPictureAfter: number | null;
+    exactPictureAfter: number | null;
+}
+
+export interface ProgressDetail {
+    bytes: number;
+    /** 0 .. 1: part of what the first exact picture needs; 1: it is shown. */
+    totalProgress: number;
+}
+
+export interface ErrorDetail {
+    /** Exit code of the programs that means the same (docs/reference/exit-codes.md): 2 I/O, 3 damaged, 4 limit, .. */
+    code: number;
+    /** One line. */
+    message: string;
+    /** Byte of the file, or null. */
+    offset: number | null;
+    /** Of the fault: "hash.chunk", "server.status", "network", .. */
+    name: string;
+    /** Of BVG.md: "5.6.4", or empty. */
+    rule: string;
+}
+
+export interface PbmViewerEventMap {
+    /** The first picture is shown. It may still become finer. */
+    load: CustomEvent<{ url: string | null }>;
+    progress: CustomEvent<ProgressDetail>;
+    /** A part of the model, or all of it, cannot be shown. What is proven stays visible. */
+    error: CustomEvent<ErrorDetail>;
+    "camera-change": CustomEvent<{ source: "user-interaction" | "none" }>;
+}
+
+export class PbmViewer extends HTMLElement {
+    /** The event `load` was dispatched. */
+    readonly loaded: boolean;
+    /** Null before `load`. */
+    readonly info: ModelInfo | null;
+
+    /** Shows a model that is not on a server: a file that the user chose. */
+    open(model: Blob): void;
+
+    /** These throw an Error before `load`. While the view glides they return where it goes to. */
+    getCameraOrbit(): Orbit;
+    getCameraTarget(): Point;
+    /** Degrees. */
+    getFieldOfView(): number;
+    setCamera(change: CameraChange, options?: { smooth?: boolean }): void;
+    /** Looks as the attributes say. */
+    resetCamera(options?: { smooth?: boolean }): void;
+
+    /** Ends `reveal="manual"`. */
+    dismissPoster(): void;
+    /** The point of the model that the picture shows there (client coordinates, as of a mouse event), or null. */
+    positionFromPoint(clientX: number, clientY: number): Promise<Point | null>;
+    /** The picture, at full resolution. Null if there is none. */
+    toBlob(options?: { mimeType?: string; qualityArgument?: number }): Promise<Blob | null>;
+    statistics(): Promise<Statistics | null>;
+
+    addEventListener<Name extends keyof PbmViewerEventMap>(type: Name,
+        listener: (this: PbmViewer, event: PbmViewerEventMap[Name]) => unknown,
+        options?: boolean | AddEventListenerOptions): void;
+    addEventListener(type: string, listener: EventListenerOrEventListenerObject,
+        options?: boolean | AddEventListenerOptions): void;
+}
+
+declare global {
+    interface HTMLElementTagNameMap {
+        "pbm-viewer": PbmViewer;
+    }
+}

@@ -1,0 +1,491 @@
+// <pbm-viewer src="scan.pbvg" controls></pbm-viewer>: shows a binary voxel grid (.pbvg) on a page.
+// pbm-viewer.d.ts describes attributes, events and methods.
+import { showCredits } from "./credit.js";
+import { listen } from "./gestures.js";
+import { Motion } from "./motion.js";
+import { cameraOf, describe, orbitFrom, orbitOf, parsePoint, project, stage } from "./orbit.js";
+import { template } from "./template.js";
+
+const DEFAULT_MEMORY = 256; // MB
+const NEAR_SCREEN = "200px"; // lazy models are loaded when they are this near to the visible part of the page
+const ROTATION_DELAY = 3000; // ms without input
+const ROTATION_SPEED = Math.PI / 32 / 1000; // radians per ms
+const FAILURES_TOLD = 3; // in a row, before a network failure is an error event
+
+class PbmViewer extends HTMLElement {
+    static observedAttributes = ["src", "poster", "quality", "auto-rotate", "camera-orbit", "camera-target", "field-of-view",
+        "background", "loading", "reveal", "controls", "alt"];
+
+    #parts = {}; // by id
+    #life = null; // AbortController of what observes the page; null: in no page
+    #gestures = null; // the same, of pointers and keys
+    #near = false; // to the visible part of the page
+    #opened = null; // Blob that open() was given
+    #url = null; // that is shown
+    #worker = null;
+    #canvas = null;
+    #context = null; // of the canvas, where workers cannot draw
+    #answers = new Map(); // id -> resolve
+    #asked = 0;
+    #info = null;
+    #stage = null;
+    #motion = null;
+    #size = { width: 0, height: 0 }; // of the picture, device pixels
+    #stale = true; // the worker does not know the view
+    #frameRequest = 0;
+    #rotationTimer = 0;
+    #lastTick = 0;
+    #touched = -Infinity; // time of the last input
+    #byUser = false; // the last change of the view
+    #bytes = 0;
+    #progress = 0;
+    #loaded = false;
+    #dismissed = false;
+    #hotspots = []; // {element, box, position, normal}
+
+    constructor() {
+        super();
+        this.attachShadow({ mode: "open" }).append(template.content.cloneNode(true));
+        for (const element of this.shadowRoot.querySelectorAll("[id]")) this.#parts[element.id] = element;
+    }
+
+    connectedCallback() {
+        if (this.#life) return;
+        this.#life = new AbortController();
+        const { signal } = this.#life;
+        const sizes = new ResizeObserver((entries) => this.#resize(entries.at(-1)));
+        try {
+            sizes.observe(this, { box: "device-pixel-content-box" });
+        } catch {
+            sizes.observe(this);
+        }
+        const nearness = new IntersectionObserver((entries) => this.#appear(entries.at(-1).isIntersecting),
+            { rootMargin: NEAR_SCREEN });
+        nearness.observe(this);
+        const children = new MutationObserver(() => this.#findHotspots());
+        children.observe(this, { childList: true, subtree: true, attributeFilter: ["slot", "data-position", "data-normal"] });
+        const { fullscreen } = this.#parts;
+        fullscreen.hidden = !document.fullscreenEnabled;
+        fullscreen.addEventListener("click", () =>
+            document.fullscreenElement === this ? document.exitFullscreen() : this.requestFullscreen(), { signal });
+        document.addEventListener("visibilitychange", () => this.#pause(), { signal });
+        this.addEventListener("dragover", (event) => this.hasAttribute("controls") && event.preventDefault(), { signal });
+        this.addEventListener("drop", (event) => this.#drop(event), { signal });
+        signal.addEventListener("abort", () => {
+            for (const observer of [sizes, nearness, children]) observer.disconnect();
+            this.#gestures?.abort();
+            this.#close();
+        });
+        this.#listen();
+        this.#findHotspots();
+        this.#load();
+    }
+
+    disconnectedCallback() {
+        // An element that moves to another place of the page is connected again before this runs.
+        queueMicrotask(() => {
+            if (this.isConnected) return;
+            this.#life?.abort();
+            this.#life = null;
+        });
+    }
+
+    attributeChangedCallback(name, old, value) {
+        if (!this.#life || old === value) return;
+        if (name === "src") this.#opened = null;
+        if (name === "src" || name === "loading") this.#load();
+        else if (name === "poster" || name === "reveal") this.#showPoster();
+        else if (name === "controls" || name === "alt") this.#listen();
+        else if (name.startsWith("camera-") || name === "field-of-view") this.resetCamera();
+        else this.#refresh();
+    }
+
+    get loaded() {
+        return this.#loaded;
+    }
+
+    get info() {
+        return this.#info;
+    }
+
+    open(blob) {
+        this.#opened = blob;
+        this.#start();
+    }
+
+    getCameraOrbit() {
+        const { theta, phi, radius } = this.#orbit();
+        return { theta, phi, radius, toString: () => `${theta}rad ${phi}rad ${radius}` };
+    }
+
+    getCameraTarget() {
+        const [x, y, z] = this.#orbit().target;
+        return { x, y, z, toString: () => `${x} ${y} ${z}` };
+    }
+
+    getFieldOfView() {
+        return this.#orbit().viewAngle * 180 / Math.PI;
+    }
+
+    setCamera({ orbit = this.getCameraOrbit(), target = this.getCameraTarget(), fieldOfView = this.getFieldOfView() },
+        { smooth = true } = {}) {
+        const angle = typeof fieldOfView === "number" ? `${fieldOfView}deg` : fieldOfView;
+        this.#byUser = false;
+        this.#go(orbitFrom(this.#motion.framed, this.#stage, String(orbit), String(target), angle), smooth);
+    }
+
+    resetCamera({ smooth = true } = {}) {
+        if (!this.#motion) return;
+        const given = ["camera-orbit", "camera-target", "field-of-view"].map((name) => this.getAttribute(name));
+        this.#byUser = false;
+        this.#go(orbitFrom(this.#motion.framed, this.#stage, ...given), smooth);
+    }
+
+    dismissPoster() {
+        this.#dismissed = true;
+        this.#showPoster();
+    }
+
+    async positionFromPoint(clientX, clientY) {
+        const box = this.getBoundingClientRect();
+        const point = await this.#ask("point", { x: (clientX - box.left) / box.width, y: (clientY - box.top) / box.height });
+        return point && { x: point[0], y: point[1], z: point[2], toString: () => point.join(" ") };
+    }
+
+    async toBlob({ mimeType = "image/png", qualityArgument } = {}) {
+        const blob = await this.#ask("snapshot", { mimeType, quality: qualityArgument });
+        if (blob || !this.#context) return blob;
+        return new Promise((resolve) => this.#canvas.toBlob(resolve, mimeType, qualityArgument));
+    }
+
+    statistics() {
+        return this.#ask("statistics");
+    }
+
+    // Shows what `src` names, once it is due.
+    #load() {
+        this.#close();
+        this.#dismissed = false;
+        this.#showPoster();
+        if (this.#near || this.getAttribute("loading") === "eager") this.#start();
+    }
+
+    #start() {
+        const src = this.getAttribute("src");
+        if (!this.#life || !(this.#opened || src)) return;
+        this.#close();
+        this.#url = this.#opened ? null : new URL(src, document.baseURI).href;
+        this.#canvas = document.createElement("canvas");
+        this.#canvas.setAttribute("part", "canvas");
+        this.#parts.input.before(this.#canvas);
+        const canvas = canDrawInWorkers() ? this.#canvas.transferControlToOffscreen() : null;
+        if (!canvas) this.#context = this.#canvas.getContext("2d");
+        this.#worker = newWorker();
+        this.#worker.onmessage = ({ data }) => this.#receive(data);
+        this.#worker.onerror = () => this.#fail({ code: 4, name: "worker", offset: null, rule: "",
+            message: "The worker of the viewer cannot run: are all files of the package on the server?" }, true);
+        const maxMemory = (parseFloat(this.getAttribute("max-memory")) || DEFAULT_MEMORY) * 1e6;
+        this.#worker.postMessage({ type: "start", canvas, url: this.#url, blob: this.#opened, maxMemory },
+            canvas ? [canvas] : []);
+        this.#pause();
+        this.#refresh();
+    }
+
+    #close() {
+        this.#worker?.terminate();
+        this.#canvas?.remove();
+        for (const resolve of this.#answers.values()) resolve(null);
+        this.#answers.clear();
+        this.#worker = this.#canvas = this.#context = this.#info = this.#stage = this.#motion = null;
+        this.#loaded = false;
+        this.#bytes = this.#progress = 0;
+        this.#parts.notice.textContent = "";
+        this.#parts.credit.replaceChildren();
+        this.#parts.bar.classList.add("gone");
+        clearTimeout(this.#rotationTimer);
+    }
+
+    #receive({ type, ...message }) {
+        if (type === "opened") this.#open(message);
+        else if (type === "framed") {
+            this.#motion.reframe(orbitOf(message.camera, this.#stage));
+            this.#refresh();
+        } else if (type === "frame") this.#showFrame(message);
+        else if (type === "progress") this.#report(message);
+        else if (type === "failed") this.#fail(message.error, message.fatal);
+        else if (type === "waiting") this.#wait(message);
+        else {
+            this.#answers.get(message.id)?.(message.value);
+            this.#answers.delete(message.id);
+        }
+    }
+
+    #ask(question, parameters = {}) {
+        if (!this.#worker) return Promise.resolve(null);
+        const id = ++this.#asked;
+        this.#worker.postMessage({ type: "ask", id, question, ...parameters });
+        return new Promise((resolve) => this.#answers.set(id, resolve));
+    }
+
+    #emit(name, detail) {
+        this.dispatchEvent(new CustomEvent(name, { detail }));
+    }
+
+    #open({ info, camera }) {
+        this.#info = info;
+        this.#stage = stage(info);
+        this.#motion = new Motion(this.#stage, orbitOf(camera, this.#stage));
+        showCredits(this.#parts.credit, info.metadata);
+        this.#touched = performance.now();
+        this.#findHotspots();
+        this.resetCamera({ smooth: false });
+    }
+
+    #showFrame({ camera, width, height, complete, visible, pixels }) {
+        if (pixels && this.#context) {
+            Object.assign(this.#canvas, { width, height });
+            this.#context.putImageData(new ImageData(new Uint8ClampedArray(pixels), width, height), 0, 0);
+        }
+        this.#placeHotspots(camera, visible);
+        if (!this.#loaded) {
+            this.#loaded = true;
+            this.#showPoster();
+            this.#emit("load", { url: this.#url });
+        }
+        if (complete) this.#report({ bytes: this.#bytes, wanted: 0 });
+    }
+
+    // `wanted`: bytes that the picture still lacks; null: not known.
+    #report({ bytes, wanted }) {
+        this.#bytes = bytes;
+        const part = wanted === 0 && this.#loaded ? 1 : wanted ? Math.min(bytes / (bytes + wanted), 0.99) : 0;
+        this.#progress = Math.max(this.#progress, part);
+        const { bar } = this.#parts;
+        bar.style.transform = `scaleX(${this.#progress})`;
+        bar.classList.toggle("gone", this.#progress === 1);
+        this.#emit("progress", { bytes, totalProgress: this.#progress });
+    }
+
+    #fail(error, fatal) {
+        this.#parts.notice.textContent = fatal ? error.message : `Not all of this model can be shown: ${error.message}`;
+        if (fatal) this.#parts.bar.classList.add("gone");
+        this.#emit("error", error);
+    }
+
+    #wait({ error, times }) {
+        this.#parts.notice.textContent = error ? error.message : "";
+        if (times === FAILURES_TOLD) this.#emit("error", error);
+    }
+
+    #appear(near) {
+        this.#near = near;
+        if (near && !this.#worker) this.#start();
+        else this.#pause();
+    }
+
+    // Nothing is drawn where nobody looks.
+    #pause() {
+        const paused = document.hidden || (!this.#near && this.getAttribute("loading") !== "eager");
+        this.#worker?.postMessage({ type: "pause", paused });
+        if (!paused) this.#animate();
+    }
+
+    #drop(event) {
+        const file = event.dataTransfer?.files[0];
+        if (!file || !this.hasAttribute("controls")) return;
+        event.preventDefault();
+        this.open(file);
+    }
+
+    #showPoster() {
+        const { poster } = this.#parts;
+        const src = this.getAttribute("poster");
+        const slot = poster.firstElementChild;
+        if (slot.firstElementChild?.getAttribute("src") !== src) {
+            slot.replaceChildren();
+            if (src) slot.append(Object.assign(document.createElement("img"), { src, alt: "" }));
+        }
+        poster.classList.toggle("gone", this.#loaded && (this.#dismissed || this.getAttribute("reveal") !== "manual"));
+    }
+
+    #resize({ contentRect, devicePixelContentBoxSize: [exact] = [] }) {
+        const ratio = window.devicePixelRatio;
+        const width = exact?.inlineSize ?? Math.round(contentRect.width * ratio);
+        const height = exact?.blockSize ?? Math.round(contentRect.height * ratio);
+        this.#size = { width, height };
+        this.#refresh();
+    }
+
+    #listen() {
+        const { input } = this.#parts;
+        const controlled = this.hasAttribute("controls");
+        const label = this.getAttribute("alt") || "3D scan";
+        input.setAttribute("role", controlled ? "application" : "img");
+        if (controlled) input.setAttribute("aria-roledescription", "3D model");
+        else input.removeAttribute("aria-roledescription");
+        input.tabIndex = controlled ? 0 : -1;
+        input.setAttribute("aria-label", controlled ? `${label}. Arrow keys turn the view, plus and minus zoom.` : label);
+        this.#gestures?.abort();
+        if (!controlled) return;
+        this.#gestures = new AbortController();
+        const steer = (name) => (...change) => {
+            if (!this.#motion) return;
+            this.#motion[name](...change);
+            this.#touch();
+        };
+        listen(input, {
+            turn: steer("turn"),
+            pan: steer("pan"),
+            zoom: steer("zoom"),
+            focus: async (x, y) => {
+                const point = await this.positionFromPoint(x, y);
+                if (!point) return;
+                this.#motion.go({ ...this.#motion.goal, target: [point.x, point.y, point.z] }, true);
+                this.#touch();
+            },
+            reset: () => {
+                this.resetCamera();
+                this.#touch();
+            },
+        }, () => !this.hasAttribute("disable-zoom"), this.#gestures.signal);
+    }
+
+    #touch() {
+        this.#touched = performance.now();
+        this.#byUser = true;
+        this.#animate();
+    }
+
+    #orbit() {
+        if (!this.#motion) throw new Error("There is no model yet: wait for the event load.");
+        return this.#motion.goal;
+    }
+
+    #go(orbit, smooth) {
+        this.#motion.go(orbit, smooth && !isMotionReduced());
+        this.#animate();
+    }
+
+    // Sends the view to the worker again, although it did not move.
+    #refresh() {
+        this.#stale = true;
+        this.#animate();
+    }
+
+    #animate() {
+        if (this.#frameRequest || !this.#worker) return;
+        this.#lastTick = performance.now();
+        const tick = (now) => {
+            this.#frameRequest = 0;
+            const again = this.#tick(Math.max(now - this.#lastTick, 0));
+            this.#lastTick = now;
+            if (again) this.#frameRequest = requestAnimationFrame(tick);
+        };
+        this.#frameRequest = requestAnimationFrame(tick);
+    }
+
+    // `passed`: ms since the last tick. Returns whether the view still moves.
+    #tick(passed) {
+        if (!this.#worker) return false;
+        if (this.#motion && this.#isRotating()) this.#motion.rotate(ROTATION_SPEED * passed);
+        const moving = this.#motion?.step(passed) ?? false;
+        if (moving || this.#stale) this.#post(moving);
+        if (moving) this.#emit("camera-change", { source: this.#byUser ? "user-interaction" : "none" });
+        else if (this.#byUser) this.#parts.spoken.textContent = `View from the ${describe(this.#motion.goal)}`;
+        return moving;
+    }
+
+    // Whether the model turns by itself now. If it is to do so later, animation goes on then.
+    #isRotating() {
+        clearTimeout(this.#rotationTimer);
+        if (!this.hasAttribute("auto-rotate") || isMotionReduced()) return false;
+        const delay = this.#touched + ROTATION_DELAY - performance.now();
+        if (delay > 0) this.#rotationTimer = setTimeout(() => this.#animate(), delay);
+        return delay <= 0 && !document.hidden && this.#near;
+    }
+
+    #post(moving) {
+        const { width, height } = this.#size;
+        if (width === 0 || height === 0) return;
+        this.#stale = false;
+        const { orbit, framed } = this.#motion ?? {};
+        this.#worker.postMessage({
+            type: "view",
+            camera: orbit === framed ? null : cameraOf(orbit, this.#stage),
+            width,
+            height,
+            moving,
+            background: colour(this.getAttribute("background") ?? "transparent"),
+            quality: this.getAttribute("quality") ?? "auto",
+            hotspots: this.#hotspots.map(({ position, normal }) => ({ position, normal })),
+        });
+    }
+
+    #findHotspots() {
+        for (const { box } of this.#hotspots) box.remove();
+        this.#hotspots = [];
+        for (const element of this.querySelectorAll(':scope > [slot^="hotspot"]')) {
+            const box = Object.assign(document.createElement("div"), { className: "hotspot away" });
+            box.append(Object.assign(document.createElement("slot"), { name: element.slot }));
+            const { position, normal } = element.dataset;
+            try {
+                const place = [position, normal].map((text) => text ? parsePoint(text, this.#stage?.metre ?? 1) : null);
+                this.#hotspots.push({ element, box, position: place[0] ?? [0, 0, 0], normal: place[1] });
+                this.#parts.hotspots.append(box);
+            } catch (error) {
+                console.error(`pbm-viewer: ${element.slot}: ${error.message}`);
+            }
+        }
+        this.#refresh();
+    }
+
+    #placeHotspots(camera, visible) {
+        const { clientWidth, clientHeight } = this;
+        for (const [i, { element, box, position }] of this.#hotspots.entries()) {
+            const { x, y, depth } = project(position, camera, clientWidth, clientHeight);
+            const inside = depth > 0 && x >= 0 && y >= 0 && x <= clientWidth && y <= clientHeight;
+            box.classList.toggle("away", !inside);
+            if (inside) box.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
+            const isVisible = visible[i] ?? false;
+            box.classList.toggle("hidden", !isVisible);
+            if (element.hasAttribute("data-visible") === isVisible) continue;
+            element.toggleAttribute("data-visible", isVisible);
+            element.dispatchEvent(new CustomEvent("hotspot-visibility", { detail: { visible: isVisible } }));
+        }
+    }
+}
+
+function isMotionReduced() {
+    return matchMedia("(prefers-reduced-motion: reduce)").matches;
+}
+
+// Whether a worker can draw a picture on a canvas of the page.
+function canDrawInWorkers() {
+    return "transferControlToOffscreen" in HTMLCanvasElement.prototype && typeof OffscreenCanvas === "function"
+        && new OffscreenCanvas(1, 1).getContext("2d") !== null;
+}
+
+function newWorker() {
+    if (new URL(import.meta.url).origin === location.origin)
+        return new Worker(new URL("./view_worker.js", import.meta.url), { type: "module" });
+    // A worker's own file must come from the origin of the page; what it imports need not.
+    const code = `import ${JSON.stringify(new URL("./view_worker.js", import.meta.url).href)};`;
+    const url = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
+    return new Worker(url, { type: "module" });
+}
+
+// A CSS colour, "transparent" if there is no such, as red, green, blue, alpha: 0..255.
+const colours = new Map();
+function colour(css) {
+    if (!colours.has(css)) {
+        const context = Object.assign(document.createElement("canvas"), { width: 1, height: 1 }).getContext("2d");
+        context.fillStyle = "transparent";
+        context.fillStyle = css;
+        context.fillRect(0, 0, 1, 1);
+        colours.set(css, [...context.getImageData(0, 0, 1, 1).data]);
+    }
+    return colours.get(css);
+}
+
+customElements.define("pbm-viewer", PbmViewer);
+export { PbmViewer };

@@ -1,0 +1,323 @@
+// The worker of <pbm-viewer>: it owns the module, the bytes, the model and the picture, so that the page never waits.
+//
+// Messages to the worker                                    and from it
+//   start {canvas, url | blob, maxMemory}                     opened {info, camera}    the model is open
+//   view {camera, width, height, moving, background,          framed {camera}          default camera of a new size
+//         quality, hotspots}                                  frame {camera, width, height, complete, resting,
+//   pause {paused}                                                   visible, pixels}
+//   ask {id, question, ...}                                   progress {bytes, wanted}
+//                                                             failed {error, fatal}, waiting {error, times}
+//                                                             answer {id, value}
+//
+// It draws only what changed. A moving view is drawn at the scale that keeps the frame rate; a view at rest exactly, and
+// again as bytes arrive; then the fine picture in steps, between which messages are heard.
+import { loadPbm } from "./pbm.js";
+import { ByteStore } from "./byte_store.js";
+import { SourceError, openBlob, openUrl } from "./byte_sources.js";
+import { joined } from "./ranges.js";
+import { isVisible, stage, unproject } from "./orbit.js";
+
+const REST_AFTER = 100; // ms without a change of the view
+const FRAME_TIME = 22; // ms that a moving picture may take
+const LEAST_SCALE = 0.25;
+const REFINE_EVERY = 60; // ms between pictures that only new bytes change
+const SAMPLES = 8; // of a fine picture: the default of pbm-render
+const FINE_COST = 12; // times the time of a fast picture
+const QUICK_ENOUGH = 2500; // ms that a fine picture may be expected to take with quality "auto"
+// Parts of maxMemory: decoded chunks, compressed bytes. The rest is for pictures and code.
+const DECODED_PART = 0.6;
+const BYTES_PART = 0.25;
+
+class ViewWorker {
+    #pbm = null;
+    #model = null;
+    #info = null;
+    #stage = null;
+    #store;
+    #source;
+    #maxMemory;
+    #canvas;
+    #context = null;
+    #image = null; // ImageData of the last size
+    #view = null;
+    #paused = false;
+    #timer = null;
+    #timerAt = Infinity;
+    #restAt = 0; // the view counts as moving until then
+    #changed = false; // the view changed since the last picture
+    #arrived = false; // bytes arrived since the last picture
+    #picture = null; // the last one: {camera, width, height, depths, complete, scale, samples, fine}
+    #framed = null; // default camera: {width, height, camera}
+    #scale = 1; // of moving pictures
+    #times = { fast: 0, fine: 0, moving: 0, drawn: 0 }; // ms of the last one of each; when the last picture was drawn
+    #started = performance.now();
+    #firstAfter = null;
+    #exactAfter = null;
+    #told = new Set(); // errors that were reported
+    #over = false;
+
+    async start({ canvas, url, blob, maxMemory }) {
+        this.#canvas = canvas;
+        this.#context = canvas?.getContext("2d") ?? null;
+        this.#maxMemory = maxMemory;
+        this.#store = new ByteStore(maxMemory * BYTES_PART);
+        const listener = {
+            arrived: () => this.#take(),
+            failed: (error) => this.#tell(error, this.#model === null),
+            waiting: (error, times) => post({ type: "waiting", error: error && plain(error), times }),
+        };
+        this.#source = blob ? openBlob(blob, this.#store, listener) : openUrl(url, this.#store, listener);
+        try {
+            this.#pbm = await loadPbm({ threads: "auto", base: new URL("./", import.meta.url) });
+        } catch (error) {
+            this.#end(new SourceError("module", `The code of the viewer cannot be loaded (${error.message}).`));
+            return;
+        }
+        this.#schedule(0);
+    }
+
+    view(view) {
+        if (view.moving) this.#restAt = performance.now() + REST_AFTER;
+        this.#view = view;
+        this.#changed = true;
+        this.#schedule(0);
+    }
+
+    pause({ paused }) {
+        this.#paused = paused;
+        if (!paused) this.#schedule(0);
+    }
+
+    async ask({ id, question, ...parameters }) {
+        let value = null;
+        if (question === "point") value = this.#pointAt(parameters);
+        else if (question === "statistics") value = this.#statistics();
+        else if (question === "snapshot") value = await this.#snapshot(parameters);
+        post({ type: "answer", id, value });
+    }
+
+    // Calls turn() after `delay` ms, or earlier if that was scheduled.
+    #schedule(delay) {
+        const at = performance.now() + delay;
+        if (this.#over || at >= this.#timerAt) return;
+        clearTimeout(this.#timer);
+        this.#timerAt = at;
+        this.#timer = setTimeout(() => {
+            this.#timerAt = Infinity;
+            this.#turn();
+        }, delay);
+    }
+
+    #take() {
+        this.#arrived = true;
+        const pause = Math.max(REFINE_EVERY, this.#times.drawn ? this.#times.fast : 0);
+        this.#schedule(Math.max(0, this.#times.drawn + pause - performance.now()));
+        if (this.#picture === null) this.#progress();
+    }
+
+    // Draws the next picture, if one is due.
+    #turn() {
+        if (this.#paused || this.#over || !this.#pbm || !this.#view) return;
+        try {
+            if (!this.#open()) {
+                this.#want();
+                return;
+            }
+            const now = performance.now();
+            const samples = this.#picture?.samples ?? 0;
+            if (now < this.#restAt) {
+                if (this.#changed) this.#drawMoving();
+                this.#schedule(this.#restAt - performance.now() + 1);
+            } else if (this.#changed || this.#picture === null || this.#picture.scale < 1
+                || (this.#arrived && !this.#picture.complete)) {
+                this.#draw(1, 0);
+                this.#schedule(0);
+            } else if (this.#picture.complete && samples < SAMPLES && this.#isFineWanted()) {
+                this.#draw(1, samples * 2 || 1);
+                this.#schedule(0);
+            }
+        } catch (error) {
+            this.#end(error);
+        }
+    }
+
+    // Whether the model is open.
+    #open() {
+        if (this.#stage) return true;
+        this.#arrived = false;
+        if (!this.#model) {
+            const size = this.#size();
+            if (size === null) return false;
+            const read = (offset, count) => this.#store.read(offset, count);
+            this.#model = this.#pbm.open({ size, read });
+            if (!this.#model) return false;
+        }
+        this.#info ??= this.#model.info();
+        const camera = this.#info && this.#defaultCamera();
+        if (!camera) return false;
+        this.#stage = stage(this.#info);
+        if (this.#source.size !== null && this.#source.size < this.#size())
+            this.#tell(new SourceError("header.size", `The file is cut short: ${this.#source.size} of `
+                + `${this.#size()} bytes are there. What they show is shown.`, 3));
+        post({ type: "opened", info: this.#info, camera, version: this.#pbm.version });
+        return true;
+    }
+
+    // The size that the header states (BVG.md 2.7), so that the first bytes of a file that is cut short can be shown;
+    // that of the source, if it is larger or there is no header. Null: not known yet.
+    #size() {
+        const known = this.#source.size;
+        if (this.#store.missing(0, 24).length > 0) return known;
+        const header = this.#store.read(0, 24);
+        if (String.fromCharCode(...header.subarray(1, 4)) !== "BVG") return known ?? this.#store.held;
+        const stated = Number(new DataView(header.buffer, header.byteOffset).getBigUint64(16, true));
+        return Number.isSafeInteger(stated) ? Math.max(stated, known ?? 0) : known;
+    }
+
+    // Null while its bytes are missing.
+    #defaultCamera() {
+        const { width, height } = this.#view;
+        if (this.#framed?.width !== width || this.#framed.height !== height) {
+            const camera = this.#model.defaultCamera(width, height);
+            if (!camera) return null;
+            this.#framed = { width, height, camera };
+            if (this.#stage) post({ type: "framed", camera });
+        }
+        return this.#framed.camera;
+    }
+
+    #isFineWanted() {
+        const { quality } = this.#view;
+        return quality === "fine" || (quality === "auto" && this.#times.fast * FINE_COST < QUICK_ENOUGH);
+    }
+
+    #drawMoving() {
+        const { moving, fast } = this.#times;
+        if (moving === 0) this.#scale = Math.sqrt(FRAME_TIME / Math.max(fast, FRAME_TIME));
+        else if (moving > FRAME_TIME * 1.3 || moving < FRAME_TIME * 0.7)
+            this.#scale *= Math.min(Math.max(Math.sqrt(FRAME_TIME / moving), 0.7), 1.15);
+        this.#scale = Math.min(Math.max(this.#scale, LEAST_SCALE), 1);
+        this.#times.moving = this.#draw(this.#scale, 0);
+    }
+
+    // `samples` above 0: a fine picture. Returns the milliseconds that it took.
+    #draw(scale, samples) {
+        const begin = performance.now();
+        const full = this.#view;
+        const width = Math.max(1, Math.round(full.width * scale));
+        const height = Math.max(1, Math.round(full.height * scale));
+        this.#changed = this.#arrived = false;
+        const framed = this.#defaultCamera();
+        if (!framed) {
+            this.#want();
+            return 0;
+        }
+        const camera = full.camera ?? framed;
+        const { pixels, depths, complete, error } = this.#model.render({
+            camera,
+            width,
+            height,
+            quality: samples > 0 ? "fine" : "fast",
+            ...(samples > 0 && { samples }),
+            background: full.background,
+            depths: true,
+            maxMemory: this.#maxMemory * DECODED_PART,
+        });
+        this.#picture = { camera, width, height, depths, complete, scale, samples };
+        const shown = this.#show(pixels, width, height);
+        const end = performance.now();
+        this.#times.drawn = end;
+        if (samples > 0) this.#times.fine = end - begin;
+        else if (scale === 1) this.#times.fast = end - begin;
+        this.#firstAfter ??= end - this.#started;
+        if (complete && scale === 1) this.#exactAfter ??= end - this.#started;
+        if (error) this.#tell(error);
+        this.#want();
+        const visible = full.hotspots.map(({ position, normal }) =>
+            isVisible(position, normal, this.#picture, 3 * this.#info.voxelSize + 0.002 * this.#stage.size));
+        const resting = complete && scale === 1 && (samples === SAMPLES || !this.#isFineWanted());
+        post({ type: "frame", camera, complete, resting, visible, ...shown }, shown.pixels ? [shown.pixels] : []);
+        return end - begin;
+    }
+
+    // Shows pixels on the canvas. Without one the page shows them, and the result holds a copy.
+    #show(pixels, width, height) {
+        if (!this.#context) return { width, height, pixels: pixels.slice().buffer };
+        if (this.#canvas.width !== width) this.#canvas.width = width;
+        if (this.#canvas.height !== height) this.#canvas.height = height;
+        if (this.#image?.width !== width || this.#image.height !== height) this.#image = new ImageData(width, height);
+        // ImageData cannot lie in the memory of the module, which threads share.
+        this.#image.data.set(pixels);
+        this.#context.putImageData(this.#image, 0, 0);
+        return { width, height };
+    }
+
+    // Requests what the module asked for and did not get.
+    #want() {
+        const end = this.#source.size ?? Infinity;
+        const lacking = this.#store.takeLacking().filter(([from]) => from < end)
+            .map(([from, to]) => [from, Math.min(to, end)]);
+        this.#store.trim();
+        this.#source.want(lacking);
+        this.#progress(lacking);
+    }
+
+    #progress(lacking = null) {
+        const wanted = lacking ? joined(lacking, 0).reduce((sum, [from, to]) => sum + to - from, 0) : null;
+        post({ type: "progress", bytes: this.#source.figures.bytes, wanted });
+    }
+
+    // The point of the model in the picture, at parts 0..1 of its width and height, or null.
+    #pointAt({ x, y }) {
+        if (!this.#picture) return null;
+        const { camera, width, height, depths } = this.#picture;
+        const column = Math.min(Math.floor(x * width), width - 1);
+        const row = Math.min(Math.floor(y * height), height - 1);
+        const depth = depths[row * width + column];
+        if (!Number.isFinite(depth)) return null;
+        return unproject(column + 0.5, row + 0.5, depth, camera, width, height);
+    }
+
+    // The picture that is shown, at full resolution, as a Blob. Without a canvas the page makes it of what it shows.
+    async #snapshot({ mimeType, quality }) {
+        if (!this.#stage) return null;
+        if (this.#changed || this.#picture?.scale !== 1) this.#draw(1, 0);
+        return this.#context ? this.#canvas.convertToBlob({ type: mimeType, quality }) : null;
+    }
+
+    #statistics() {
+        const { bytes, requests } = this.#source.figures;
+        const { fast, fine, moving } = this.#times;
+        const { width = 0, height = 0, complete = false, samples = 0, scale = 1 } = this.#picture ?? {};
+        return {
+            version: this.#pbm?.version ?? null, threads: this.#pbm?.threads ?? 0,
+            bytes, requests, heldBytes: this.#store.held,
+            width, height, complete, samples, scale,
+            fastTime: fast, fineTime: fine, movingTime: moving,
+            firstPictureAfter: this.#firstAfter, exactPictureAfter: this.#exactAfter,
+        };
+    }
+
+    #tell(error, fatal = false) {
+        const key = `${error.name} ${error.offset}`;
+        if (this.#told.has(key)) return;
+        this.#told.add(key);
+        post({ type: "failed", error: plain(error), fatal });
+    }
+
+    // Nothing can be drawn any more.
+    #end(error) {
+        this.#over = true;
+        this.#source.close();
+        this.#tell(error, true);
+    }
+}
+
+// What messages carry of an error. One without a code is a fault of the viewer itself.
+function plain({ code = 4, message, offset = null, name, rule = "" }) {
+    return { code, message, offset, name, rule };
+}
+
+const worker = new ViewWorker();
+const post = (message, transfer = []) => self.postMessage(message, transfer);
+self.onmessage = ({ data: { type, ...message } }) => worker[type](message);
