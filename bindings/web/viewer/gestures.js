@@ -46,6 +46,8 @@ export function listen(element, actions, isZoomed, signal) {
         const right = (now.x - before.x) / height;
         const down = (now.y - before.y) / height;
         if (press && Math.hypot(event.clientX - press.x, event.clientY - press.y) > TAP_DISTANCE) press = null;
+        // A finger may still tap, or the browser take its motion to scroll the page.
+        if (press && event.pointerType === "touch") return;
         if (pointers.size === 2) {
             actions.pan(right, down);
             if (before.spread > 0 && now.spread > 0) actions.zoom(now.spread / before.spread);

@@ -18,6 +18,7 @@ export class Motion {
     }
 
     go(goal, smooth) {
+        if (goal === this.goal && goal === this.orbit) return;
         this.goal = goal === this.framed ? goal : within(goal, this.#stage);
         if (!smooth) this.orbit = this.goal;
         this.#changed = true;

@@ -91,6 +91,8 @@ export interface Statistics {
     scale: number;
     /** The picture lacks no bytes. */
     complete: boolean;
+    /** The picture is the last one of this view: exact, and fine if `quality` asks for it. */
+    resting: boolean;
     /** Per pixel, of a fine picture; 0: a fast one. */
     samples: number;
     /** Of the last picture of each kind. */

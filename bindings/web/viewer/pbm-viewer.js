@@ -138,7 +138,11 @@ class PbmViewer extends HTMLElement {
         if (!this.#motion) return;
         const given = ["camera-orbit", "camera-target", "field-of-view"].map((name) => this.getAttribute(name));
         this.#byUser = false;
-        this.#go(orbitFrom(this.#motion.framed, this.#stage, ...given), smooth);
+        try {
+            this.#go(orbitFrom(this.#motion.framed, this.#stage, ...given), smooth);
+        } catch (error) {
+            console.error(`pbm-viewer: ${error.message}`);
+        }
     }
 
     dismissPoster() {
@@ -239,6 +243,8 @@ class PbmViewer extends HTMLElement {
         this.#touched = performance.now();
         this.#findHotspots();
         this.resetCamera({ smooth: false });
+        this.#motion.step(0);
+        this.#post(false);
     }
 
     #showFrame({ camera, width, height, complete, visible, pixels }) {
@@ -257,12 +263,14 @@ class PbmViewer extends HTMLElement {
 
     // `wanted`: bytes that the picture still lacks; null: not known.
     #report({ bytes, wanted }) {
+        const before = [this.#bytes, this.#progress];
         this.#bytes = bytes;
         const part = wanted === 0 && this.#loaded ? 1 : wanted ? Math.min(bytes / (bytes + wanted), 0.99) : 0;
         this.#progress = Math.max(this.#progress, part);
         const { bar } = this.#parts;
         bar.style.transform = `scaleX(${this.#progress})`;
         bar.classList.toggle("gone", this.#progress === 1);
+        if (before[0] === bytes && before[1] === this.#progress) return;
         this.#emit("progress", { bytes, totalProgress: this.#progress });
     }
 
@@ -309,10 +317,15 @@ class PbmViewer extends HTMLElement {
     }
 
     #resize({ contentRect, devicePixelContentBoxSize: [exact] = [] }) {
-        const ratio = window.devicePixelRatio;
-        const width = exact?.inlineSize ?? Math.round(contentRect.width * ratio);
-        const height = exact?.blockSize ?? Math.round(contentRect.height * ratio);
-        this.#size = { width, height };
+        const pixels = (length, device) => {
+            const estimate = length * window.devicePixelRatio;
+            // Emulated screens of developer tools state CSS pixels as device pixels.
+            return device && Math.abs(device - estimate) <= 1 ? device : Math.round(estimate);
+        };
+        this.#size = {
+            width: pixels(contentRect.width, exact?.inlineSize),
+            height: pixels(contentRect.height, exact?.blockSize),
+        };
         this.#refresh();
     }
 

@@ -3,8 +3,8 @@
 // Messages to the worker                                    and from it
 //   start {canvas, url | blob, maxMemory}                     opened {info, camera}    the model is open
 //   view {camera, width, height, moving, background,          framed {camera}          default camera of a new size
-//         quality, hotspots}                                  frame {camera, width, height, complete, resting,
-//   pause {paused}                                                   visible, pixels}
+//         quality, hotspots}                                  frame {camera, width, height, complete, visible,
+//   pause {paused}                                                   pixels}
 //   ask {id, question, ...}                                   progress {bytes, wanted}
 //                                                             failed {error, fatal}, waiting {error, times}
 //                                                             answer {id, value}
@@ -25,6 +25,9 @@ const SAMPLES = 8; // of a fine picture: the default of pbm-render
 const FINE_COST = 12; // times the time of a fast picture
 const QUICK_ENOUGH = 2500; // ms that a fine picture may be expected to take with quality "auto"
 // Parts of maxMemory: decoded chunks, compressed bytes. The rest is for pictures and code.
+const FINEST = 1.42; // pixels: largest edge of a drawn voxel; the default of pbm-render
+const COARSER = 1.25; // times as large, if the chunks that a picture needs take more than their part of the memory
+const LIMIT = 4; // PBM_LIMIT
 const DECODED_PART = 0.6;
 const BYTES_PART = 0.25;
 
@@ -49,6 +52,7 @@ class ViewWorker {
     #picture = null; // the last one: {camera, width, height, depths, complete, scale, samples, fine}
     #framed = null; // default camera: {width, height, camera}
     #scale = 1; // of moving pictures
+    #maxError = FINEST;
     #times = { fast: 0, fine: 0, moving: 0, drawn: 0 }; // ms of the last one of each; when the last picture was drawn
     #started = performance.now();
     #firstAfter = null;
@@ -77,6 +81,7 @@ class ViewWorker {
     }
 
     view(view) {
+        if (view.moving) this.#maxError = Math.max(this.#maxError / COARSER, FINEST);
         if (view.moving) this.#restAt = performance.now() + REST_AFTER;
         this.#view = view;
         this.#changed = true;
@@ -128,11 +133,10 @@ class ViewWorker {
             if (now < this.#restAt) {
                 if (this.#changed) this.#drawMoving();
                 this.#schedule(this.#restAt - performance.now() + 1);
-            } else if (this.#changed || this.#picture === null || this.#picture.scale < 1
-                || (this.#arrived && !this.#picture.complete)) {
+            } else if (!this.#isExact() || (this.#arrived && !this.#picture.complete)) {
                 this.#draw(1, 0);
                 this.#schedule(0);
-            } else if (this.#picture.complete && samples < SAMPLES && this.#isFineWanted()) {
+            } else if (this.#isFineDue()) {
                 this.#draw(1, samples * 2 || 1);
                 this.#schedule(0);
             }
@@ -159,8 +163,10 @@ class ViewWorker {
         if (this.#source.size !== null && this.#source.size < this.#size())
             this.#tell(new SourceError("header.size", `The file is cut short: ${this.#source.size} of `
                 + `${this.#size()} bytes are there. What they show is shown.`, 3));
-        post({ type: "opened", info: this.#info, camera, version: this.#pbm.version });
-        return true;
+        // The page answers with the view that its attributes ask for.
+        this.#view = null;
+        post({ type: "opened", info: this.#info, camera });
+        return false;
     }
 
     // The size that the header states (BVG.md 2.7), so that the first bytes of a file that is cut short can be shown;
@@ -186,9 +192,15 @@ class ViewWorker {
         return this.#framed.camera;
     }
 
-    #isFineWanted() {
+    // Whether the picture is that of the view, at full resolution.
+    #isExact() {
+        return !this.#changed && this.#picture?.scale === 1;
+    }
+
+    #isFineDue() {
         const { quality } = this.#view;
-        return quality === "fine" || (quality === "auto" && this.#times.fast * FINE_COST < QUICK_ENOUGH);
+        return this.#picture.complete && this.#picture.samples < SAMPLES
+            && (quality === "fine" || (quality === "auto" && this.#times.fast * FINE_COST < QUICK_ENOUGH));
     }
 
     #drawMoving() {
@@ -221,8 +233,14 @@ class ViewWorker {
             ...(samples > 0 && { samples }),
             background: full.background,
             depths: true,
+            maxError: this.#maxError,
             maxMemory: this.#maxMemory * DECODED_PART,
         });
+        if (error?.code === LIMIT) {
+            this.#store.takeLacking();
+            this.#maxError *= COARSER;
+            return this.#draw(scale, samples);
+        }
         this.#picture = { camera, width, height, depths, complete, scale, samples };
         const shown = this.#show(pixels, width, height);
         const end = performance.now();
@@ -235,8 +253,7 @@ class ViewWorker {
         this.#want();
         const visible = full.hotspots.map(({ position, normal }) =>
             isVisible(position, normal, this.#picture, 3 * this.#info.voxelSize + 0.002 * this.#stage.size));
-        const resting = complete && scale === 1 && (samples === SAMPLES || !this.#isFineWanted());
-        post({ type: "frame", camera, complete, resting, visible, ...shown }, shown.pixels ? [shown.pixels] : []);
+        post({ type: "frame", camera, complete, visible, ...shown }, shown.pixels ? [shown.pixels] : []);
         return end - begin;
     }
 
@@ -281,7 +298,7 @@ class ViewWorker {
     // The picture that is shown, at full resolution, as a Blob. Without a canvas the page makes it of what it shows.
     async #snapshot({ mimeType, quality }) {
         if (!this.#stage) return null;
-        if (this.#changed || this.#picture?.scale !== 1) this.#draw(1, 0);
+        if (!this.#isExact()) this.#draw(1, 0);
         return this.#context ? this.#canvas.convertToBlob({ type: mimeType, quality }) : null;
     }
 
@@ -293,6 +310,7 @@ class ViewWorker {
             version: this.#pbm?.version ?? null, threads: this.#pbm?.threads ?? 0,
             bytes, requests, heldBytes: this.#store.held,
             width, height, complete, samples, scale,
+            resting: performance.now() >= this.#restAt && this.#isExact() && complete && !this.#isFineDue(),
             fastTime: fast, fineTime: fine, movingTime: moving,
             firstPictureAfter: this.#firstAfter, exactPictureAfter: this.#exactAfter,
         };
