@@ -31,6 +31,17 @@ target.write_text(f"<!doctype html><html lang=en><meta charset=utf-8><title>Code
                   f"<link rel=stylesheet href=validator.css><main><h1>Codes of the validator</h1>"
                   f"<table><tr>{heads}{body}</table></main>\n")
 PYTHON
+# What `pbm-render --page` copies, with the sizes of its report.
+cp "$web/page/page.html" "$package"
+(
+    cd "$package"
+    for file in pbm.js structures.js $(cd "$OLDPWD/$web/viewer" && ls ./*.js) pbm_wasm.js pbm.wasm pbm_threads*; do
+        use=
+        [[ $file != pbm_threads* ]] || use=" isolated"
+        echo "${file#./} $(gzip -9c "$file" | wc -c)$use"
+    done
+) >"$package/page_files.txt"
+
 cd "$package"
 archive=$(npm pack --silent --pack-destination "$output")
 echo "$output/$archive: $(stat -c %s "$output/$archive") bytes"

@@ -32,7 +32,7 @@ export async function start({ models = [], ...options } = {}) {
         writeFileSync(join(scratch, name), `<!doctype html><html lang="en"><meta charset="utf-8">${head}
             <style>body { margin: 0 } pbm-viewer { width: 320px; height: 240px }</style>
             <script>window.heard = []; for (const name of ["load", "progress", "error", "camera-change"])
-                document.addEventListener(name, (event) => event.detail && heard.push({ name, id: event.target.id, ...event.detail }), true);
+                document.addEventListener(name, (event) => event.detail && heard.push({ event: name, id: event.target.id, ...event.detail }), true);
             </script>
             <script type="module" src="pbm-viewer.js"></script>${body}`);
         await page.goto(`${server.url}/${name}`);

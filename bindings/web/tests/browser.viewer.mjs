@@ -23,7 +23,7 @@ async function withPage(body, options, check) {
     }
 }
 const orbit = (page) => page.evaluate(() => ({ ...viewer.getCameraOrbit(), toString: undefined }));
-const heard = (page, name) => page.evaluate((name) => heard.filter((event) => event.name === name), name);
+const heard = (page, name) => page.evaluate((name) => heard.filter(({ event }) => event === name), name);
 
 describe("pictures have the bytes of pbm-render", () => {
     const models = ["1.0/colour-565", "1.0/every-attribute", "1.0/filtered-regions", "1.0/many-chunks", "1.0/mapped-chunks",

@@ -87,6 +87,11 @@ export class ByteStore {
         return lacking;
     }
 
+    // Whether read() lacked a byte at or behind `end`.
+    lacksBehind(end) {
+        return this.#lacking.some(([, to]) => to > end);
+    }
+
     // Frees spans until the budget holds, those first that were used longest ago.
     trim() {
         if (this.#held <= this.budget) return;

@@ -89,9 +89,9 @@ export interface Statistics {
     width: number;
     height: number;
     scale: number;
-    /** The picture lacks no bytes. */
+    /** The picture lacks nothing. */
     complete: boolean;
-    /** The picture is the last one of this view: exact, and fine if `quality` asks for it. */
+    /** The picture is the last one of this view: as exact as the file allows, and fine if `quality` asks for it. */
     resting: boolean;
     /** Per pixel, of a fine picture; 0: a fast one. */
     samples: number;

@@ -49,7 +49,8 @@ class ViewWorker {
     #restAt = 0; // the view counts as moving until then
     #changed = false; // the view changed since the last picture
     #arrived = false; // bytes arrived since the last picture
-    #picture = null; // the last one: {camera, width, height, depths, complete, scale, samples, fine}
+    #picture = null; // the last one: {camera, width, height, depths, complete, settled, scale, samples}; settled:
+    // complete, or what it lacks is damaged or not in the file
     #framed = null; // default camera: {width, height, camera}
     #scale = 1; // of moving pictures
     #maxError = FINEST;
@@ -133,7 +134,7 @@ class ViewWorker {
             if (now < this.#restAt) {
                 if (this.#changed) this.#drawMoving();
                 this.#schedule(this.#restAt - performance.now() + 1);
-            } else if (!this.#isExact() || (this.#arrived && !this.#picture.complete)) {
+            } else if (!this.#isExact() || (this.#arrived && !this.#picture.settled)) {
                 this.#draw(1, 0);
                 this.#schedule(0);
             } else if (this.#isFineDue()) {
@@ -154,6 +155,9 @@ class ViewWorker {
             if (size === null) return false;
             const read = (offset, count) => this.#store.read(offset, count);
             this.#model = this.#pbm.open({ size, read });
+            // Of a file that is cut short too early the reader says what is wrong.
+            if (!this.#model && this.#store.lacksBehind(this.#source.size ?? Infinity))
+                this.#model = this.#pbm.open({ size: this.#source.size, read });
             if (!this.#model) return false;
         }
         this.#info ??= this.#model.info();
@@ -199,7 +203,7 @@ class ViewWorker {
 
     #isFineDue() {
         const { quality } = this.#view;
-        return this.#picture.complete && this.#picture.samples < SAMPLES
+        return this.#picture.settled && this.#picture.samples < SAMPLES
             && (quality === "fine" || (quality === "auto" && this.#times.fast * FINE_COST < QUICK_ENOUGH));
     }
 
@@ -250,7 +254,7 @@ class ViewWorker {
         this.#firstAfter ??= end - this.#started;
         if (complete && scale === 1) this.#exactAfter ??= end - this.#started;
         if (error) this.#tell(error);
-        this.#want();
+        this.#picture.settled = this.#want() === 0;
         const visible = full.hotspots.map(({ position, normal }) =>
             isVisible(position, normal, this.#picture, 3 * this.#info.voxelSize + 0.002 * this.#stage.size));
         post({ type: "frame", camera, complete, visible, ...shown }, shown.pixels ? [shown.pixels] : []);
@@ -269,7 +273,7 @@ class ViewWorker {
         return { width, height };
     }
 
-    // Requests what the module asked for and did not get.
+    // Requests what the module asked for and did not get. Returns the number of ranges that are still to come.
     #want() {
         const end = this.#source.size ?? Infinity;
         const lacking = this.#store.takeLacking().filter(([from]) => from < end)
@@ -277,6 +281,7 @@ class ViewWorker {
         this.#store.trim();
         this.#source.want(lacking);
         this.#progress(lacking);
+        return lacking.length;
     }
 
     #progress(lacking = null) {
@@ -310,7 +315,7 @@ class ViewWorker {
             version: this.#pbm?.version ?? null, threads: this.#pbm?.threads ?? 0,
             bytes, requests, heldBytes: this.#store.held,
             width, height, complete, samples, scale,
-            resting: performance.now() >= this.#restAt && this.#isExact() && complete && !this.#isFineDue(),
+            resting: performance.now() >= this.#restAt && this.#isExact() && this.#picture.settled && !this.#isFineDue(),
             fastTime: fast, fineTime: fine, movingTime: moving,
             firstPictureAfter: this.#firstAfter, exactPictureAfter: this.#exactAfter,
         };
