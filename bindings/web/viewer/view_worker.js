@@ -10,7 +10,7 @@
 //                                                             answer {id, value}
 //
 // It draws only what changed. A moving view is drawn at the scale that keeps the frame rate; a view at rest exactly, and
-// again as bytes arrive; then the fine picture in steps, between which messages are heard.
+// again as bytes arrive; then the fine picture sample by sample, between which messages are heard.
 import { loadPbm } from "./pbm.js";
 import { ByteStore } from "./byte_store.js";
 import { SourceError, openBlob, openUrl } from "./byte_sources.js";
@@ -22,12 +22,11 @@ const FRAME_TIME = 22; // ms that a moving picture may take
 const LEAST_SCALE = 0.25;
 const REFINE_EVERY = 60; // ms between pictures that only new bytes change
 const SAMPLES = 8; // of a fine picture: the default of pbm-render
-const FINE_COST = 12; // times the time of a fast picture
-const QUICK_ENOUGH = 2500; // ms that a fine picture may be expected to take with quality "auto"
-// Parts of maxMemory: decoded chunks, compressed bytes. The rest is for pictures and code.
+const QUICK_ENOUGH = 1000; // ms that a sample may take with quality "auto"
 const FINEST = 1.42; // pixels: largest edge of a drawn voxel; the default of pbm-render
 const COARSER = 1.25; // times as large, if the chunks that a picture needs take more than their part of the memory
 const LIMIT = 4; // PBM_LIMIT
+// Parts of maxMemory: decoded chunks, compressed bytes. The rest is for pictures and code.
 const DECODED_PART = 0.6;
 const BYTES_PART = 0.25;
 
@@ -54,7 +53,8 @@ class ViewWorker {
     #framed = null; // default camera: {width, height, camera}
     #scale = 1; // of moving pictures
     #maxError = FINEST;
-    #times = { fast: 0, fine: 0, moving: 0, drawn: 0 }; // ms of the last one of each; when the last picture was drawn
+    #times = { fast: 0, fine: 0, moving: 0, drawn: 0 }; // ms of the last picture (fine: sample) of each kind; when the
+    // last picture was drawn
     #started = performance.now();
     #firstAfter = null;
     #exactAfter = null;
@@ -138,7 +138,7 @@ class ViewWorker {
                 this.#draw(1, 0);
                 this.#schedule(0);
             } else if (this.#isFineDue()) {
-                this.#draw(1, samples * 2 || 1);
+                this.#draw(1, samples + 1);
                 this.#schedule(0);
             }
         } catch (error) {
@@ -204,7 +204,7 @@ class ViewWorker {
     #isFineDue() {
         const { quality } = this.#view;
         return this.#picture.settled && this.#picture.samples < SAMPLES
-            && (quality === "fine" || (quality === "auto" && this.#times.fast * FINE_COST < QUICK_ENOUGH));
+            && (quality === "fine" || (quality === "auto" && this.#times.fine < QUICK_ENOUGH));
     }
 
     #drawMoving() {
