@@ -32,7 +32,7 @@ async function show(query, options = {}) {
 const errors = (page) => page.evaluate(() => heard.filter(({ event }) => event === "error"));
 const requests = () => tests.server.log.filter((entry) => entry.path === "/statue.pbvg");
 const sent = () => requests().reduce((sum, entry) => sum + entry.sent, 0);
-const notice = (page) => page.locator("#notice").innerText();
+const notice = (page) => page.locator("#message").innerText();
 
 describe("servers", () => {
     test("ranges: few requests, no byte twice, and no more than the picture needs", async () => {
@@ -92,12 +92,14 @@ describe("servers", () => {
         assert.deepEqual([error.code, error.name], [3, "hash.chunk"]);
         assert.ok(error.offset > 0);
         assert.match(await notice(page), /^Not all of this model can be shown/);
+        await page.getByRole("button", { name: "Close" }).click();
+        assert.equal(await page.locator("#notice").isVisible(), false);
         await page.close();
     });
     for (const mode of ["ranges", "plain"]) {
         test(`a network that breaks and comes back (${mode})`, async () => {
             const page = await show(`?mode=${mode}&drop=${mode === "plain" ? 100000 : 30000}`, { wait: false });
-            await page.waitForFunction(() => viewer.shadowRoot?.getElementById("notice").textContent.includes("tries again"));
+            await page.waitForFunction(() => viewer.shadowRoot?.getElementById("message").textContent.includes("tries again"));
             await atRest(page);
             sameBytes(await pictureOf(page), expected);
             assert.equal(await notice(page), "");

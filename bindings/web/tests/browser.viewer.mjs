@@ -40,6 +40,7 @@ describe("pictures have the bytes of pbm-render", () => {
         });
     }
     test("what is on the screen is the picture, to the pixel", () => withPage(VIEWER.replace("controls", ""), {}, async (page) => {
+        await page.waitForFunction(() => getComputedStyle(viewer.shadowRoot.getElementById("bar")).opacity === "0");
         const screen = await page.screenshot({ clip: { x: 0, y: 0, width: 320, height: 240 } });
         const shown = await pictureOf(page, screen);
         const expected = await pictureOf(page);

@@ -64,7 +64,8 @@ class PbmViewer extends HTMLElement {
         nearness.observe(this);
         const children = new MutationObserver(() => this.#findHotspots());
         children.observe(this, { childList: true, subtree: true, attributeFilter: ["slot", "data-position", "data-normal"] });
-        const { fullscreen } = this.#parts;
+        const { fullscreen, dismiss, message } = this.#parts;
+        dismiss.addEventListener("click", () => message.replaceChildren(), { signal });
         fullscreen.hidden = !document.fullscreenEnabled;
         fullscreen.addEventListener("click", () =>
             document.fullscreenElement === this ? document.exitFullscreen() : this.requestFullscreen(), { signal });
@@ -203,7 +204,7 @@ class PbmViewer extends HTMLElement {
         this.#worker = this.#canvas = this.#context = this.#info = this.#stage = this.#motion = null;
         this.#loaded = false;
         this.#bytes = this.#progress = 0;
-        this.#parts.notice.textContent = "";
+        this.#parts.message.textContent = "";
         this.#parts.credit.replaceChildren();
         this.#parts.bar.classList.add("gone");
         clearTimeout(this.#rotationTimer);
@@ -275,13 +276,15 @@ class PbmViewer extends HTMLElement {
     }
 
     #fail(error, fatal) {
-        this.#parts.notice.textContent = fatal ? error.message : `Not all of this model can be shown: ${error.message}`;
+        const place = error.offset === null ? "" : ` (byte ${error.offset})`;
+        this.#parts.message.textContent = fatal ? error.message
+            : `Not all of this model can be shown: ${error.message}${place}`;
         if (fatal) this.#parts.bar.classList.add("gone");
         this.#emit("error", error);
     }
 
     #wait({ error, times }) {
-        this.#parts.notice.textContent = error ? error.message : "";
+        this.#parts.message.textContent = error ? error.message : "";
         if (times === FAILURES_TOLD) this.#emit("error", error);
     }
 

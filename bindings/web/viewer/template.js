@@ -24,9 +24,10 @@ canvas { display: block; }
 #bar.gone { opacity: 0; }
 #credit { position: absolute; left: 0; bottom: 0; max-width: calc(100% - 3em); font: 11px/1.4 system-ui, sans-serif;
     color: #fff; }
-#notice { position: absolute; left: 0; right: 0; top: 0; margin: 0; padding: 0.5em 1em; font: 13px/1.4 system-ui, sans-serif;
+#notice { position: absolute; left: 0; right: 0; top: 0; padding: 0.5em 1em; font: 13px/1.4 system-ui, sans-serif;
     color: #fff; background: rgba(120, 20, 20, 0.85); overflow-wrap: anywhere; }
-#notice:empty { display: none; }
+#notice:has(:first-child:empty) { display: none; }
+#notice button { float: right; margin: -0.2em -0.6em 0 0.6em; border: 0; color: inherit; background: none; font: inherit; cursor: pointer; }
 #credit bdi { display: inline-block; padding: 0.15em 0.6em; background: rgba(0, 0, 0, 0.55); }
 #credit a { color: inherit; }
 #fullscreen { position: absolute; right: 6px; bottom: 6px; width: 32px; height: 32px; padding: 6px; border: 0;
@@ -41,7 +42,8 @@ canvas { display: block; }
 <div id="poster" part="poster"><slot name="poster"></slot></div>
 <div id="bar" part="progress-bar" class="gone"></div>
 <div id="credit" part="credit"></div>
-<p id="notice" part="notice" role="status"></p>
+<div id="notice" part="notice"><span id="message" role="status"></span><button id="dismiss" type="button"
+aria-label="Close">✕</button></div>
 <button id="fullscreen" part="fullscreen-button" type="button" aria-label="Full screen">
 <svg viewBox="0 0 20 20" aria-hidden="true"><path d="M2 7V2h5M13 2h5v5M18 13v5h-5M7 18H2v-5"/></svg></button>
 <div id="spoken" aria-live="polite"></div>
