@@ -26,6 +26,7 @@ const TYPES = { ".html": "text/html", ".js": "text/javascript", ".mjs": "text/ja
 // (true: every connection is broken) and close().
 export async function startServer(folders, { isolated = false } = {}) {
     const server = { log: [], down: false, isolated };
+    const contents = new Map(); // of files, by name
     const dropped = new Set();
     const sockets = new Set();
     const http = createServer(async (request, response) => {
@@ -37,8 +38,13 @@ export async function startServer(folders, { isolated = false } = {}) {
         if (searchParams.has("delay")) await sleep(+searchParams.get("delay"));
         const status = +(searchParams.get("status") ?? 0);
         if (!file || status) return finish(response, entry, status || 404, {}, Buffer.alloc(0));
-        let bytes = readFileSync(file);
-        if (searchParams.has("flip")) bytes[+searchParams.get("flip")] ^= 0x10;
+        const { mtimeMs } = statSync(file);
+        if (contents.get(file)?.mtimeMs !== mtimeMs) contents.set(file, { mtimeMs, bytes: readFileSync(file) });
+        let { bytes } = contents.get(file);
+        if (searchParams.has("flip")) {
+            bytes = Buffer.from(bytes);
+            bytes[+searchParams.get("flip")] ^= 0x10;
+        }
         if (searchParams.has("cut")) bytes = bytes.subarray(0, +searchParams.get("cut"));
         const answer = answerOf(bytes, request.headers.range, searchParams.get("mode") ?? "ranges");
         const headers = { "Content-Type": TYPES[extname(file)] ?? "application/octet-stream", "Cache-Control": "no-store",
