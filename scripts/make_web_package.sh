@@ -35,10 +35,10 @@ PYTHON
 cp "$web/page/page.html" "$package"
 (
     cd "$package"
-    for file in pbm.js structures.js $(cd "$OLDPWD/$web/viewer" && ls ./*.js) pbm_wasm.js pbm.wasm pbm_threads*; do
-        use=
+    for file in "$OLDPWD/$web"/{module,viewer}/*.js pbm_wasm.js pbm.wasm pbm_threads*; do
+        file=${file##*/} use=
         [[ $file != pbm_threads* ]] || use=" isolated"
-        echo "${file#./} $(gzip -9c "$file" | wc -c)$use"
+        [ "$file" = node_workers.js ] || echo "$file $(gzip -9c "$file" | wc -c)$use"
     done
 ) >"$package/page_files.txt"
 

@@ -22,12 +22,13 @@ export async function start({ models = [], ...options } = {}) {
     const browser = await chromium.launch({
         executablePath: process.env.PBM_CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox"] });
     let pages = 0;
-    async function open(body, { head = "", wait = true, ...context } = {}) {
+    async function open(body, { head = "", wait = true, missing = null, ...context } = {}) {
         const page = await browser.newPage({ viewport: { width: 640, height: 480 }, ...context });
         page.faults = [];
         page.on("pageerror", (error) => page.faults.push(String(error)));
         page.on("console", (message) => message.type() === "error" && page.faults.push(message.text()));
         await page.route("**/favicon.ico", (route) => route.fulfill({ status: 204 }));
+        if (missing) await page.context().route(`**/${missing}`, (route) => route.fulfill({ status: 404 }));
         const name = `page${++pages}.html`;
         writeFileSync(join(scratch, name), `<!doctype html><html lang="en"><meta charset="utf-8">${head}
             <style>body { margin: 0 } pbm-viewer { width: 320px; height: 240px }</style>

@@ -159,6 +159,21 @@ describe("damage", () => {
             await page.close();
         });
     }
+    test("of a slow download that ends too early the beginning is shown", async () => {
+        const page = await show(`?mode=plain&cut=${lastByte - 20000}&rate=100000`, { wait: false });
+        await page.waitForFunction(() => heard.some(({ event }) => event === "error"), null, { timeout: 20000 });
+        assert.equal((await errors(page))[0].name, "header.size");
+        await atRest(page);
+        await page.close();
+    });
+    for (const [file, name] of [["view_worker.js", "worker"], ["pbm.wasm", "module"]]) {
+        test(`a viewer without ${file} is told`, async () => {
+            const page = await show("", { wait: false, missing: file });
+            await page.waitForFunction(() => heard.some(({ event }) => event === "error"), null, { timeout: 20000 });
+            assert.equal((await errors(page))[0].name, name);
+            await page.close();
+        });
+    }
     for (const [query, name] of [["?flip=3", "header.magic"], ["?flip=60", "hash.header"], ["?cut=100", "header.size"]]) {
         test(`a header that is damaged shows nothing but the error (${name})`, async () => {
             const page = await show(query, { wait: false });

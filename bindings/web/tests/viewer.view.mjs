@@ -92,7 +92,7 @@ describe("motion", () => {
     const stage = orbits.stage(infoOf("+y"));
     const framed = { theta: 0, phi: Math.PI / 2, radius: 10, target: [0, 0, 0], viewAngle: 0.5 };
     test("a drag is shown at once, a key glides to its goal and ends there", () => {
-        const motion = new Motion(stage, framed);
+        const motion = new Motion(stage, framed, () => false);
         assert.equal(motion.step(16), false);
         motion.turn(0.1, 0, false);
         assert.equal(motion.orbit, motion.goal);
@@ -105,8 +105,13 @@ describe("motion", () => {
         assert.equal(motion.orbit, motion.goal);
         assert.equal(motion.orbit.radius, 5);
     });
+    test("for users who want no motion there is none", () => {
+        const motion = new Motion(stage, framed, () => true);
+        motion.zoom(2, true);
+        assert.equal(motion.orbit.radius, 5);
+    });
     test("the default view stays the exact one in another shape of the picture", () => {
-        const motion = new Motion(stage, framed);
+        const motion = new Motion(stage, framed, () => false);
         const wide = { ...framed, radius: 8 };
         motion.reframe(wide);
         assert.equal(motion.orbit, wide);

@@ -10,17 +10,20 @@ export class Motion {
     orbit; // that is shown
     goal;
     #stage;
+    #isReduced;
     #changed = false;
 
-    constructor(stage, framed) {
+    // `isReduced()`: whether the user wants no smooth motion.
+    constructor(stage, framed, isReduced) {
         this.#stage = stage;
+        this.#isReduced = isReduced;
         this.framed = this.orbit = this.goal = framed;
     }
 
     go(goal, smooth) {
         if (goal === this.goal && goal === this.orbit) return;
         this.goal = goal === this.framed ? goal : within(goal, this.#stage);
-        if (!smooth) this.orbit = this.goal;
+        if (!smooth || this.#isReduced()) this.orbit = this.goal;
         this.#changed = true;
     }
 

@@ -95,7 +95,7 @@ export interface Statistics {
     resting: boolean;
     /** Per pixel, of a fine picture; 0: a fast one. */
     samples: number;
-    /** Of the last picture of each kind; of a fine one its last sample. */
+    /** Of the last picture of each kind; of a fine one for each sample. */
     fastTime: number;
     fineTime: number;
     movingTime: number;

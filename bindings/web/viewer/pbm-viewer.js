@@ -239,7 +239,7 @@ class PbmViewer extends HTMLElement {
     #open({ info, camera }) {
         this.#info = info;
         this.#stage = stage(info);
-        this.#motion = new Motion(this.#stage, orbitOf(camera, this.#stage));
+        this.#motion = new Motion(this.#stage, orbitOf(camera, this.#stage), isMotionReduced);
         showCredits(this.#parts.credit, info.metadata);
         this.#touched = performance.now();
         this.#findHotspots();
@@ -378,7 +378,7 @@ class PbmViewer extends HTMLElement {
     }
 
     #go(orbit, smooth) {
-        this.#motion.go(orbit, smooth && !isMotionReduced());
+        this.#motion.go(orbit, smooth);
         this.#animate();
     }
 

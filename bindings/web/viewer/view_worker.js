@@ -10,7 +10,7 @@
 //                                                             answer {id, value}
 //
 // It draws only what changed. A moving view is drawn at the scale that keeps the frame rate; a view at rest exactly, and
-// again as bytes arrive; then the fine picture sample by sample, between which messages are heard.
+// again as bytes arrive; then the fine picture with ever more samples, between which messages are heard.
 import { loadPbm } from "./pbm.js";
 import { ByteStore } from "./byte_store.js";
 import { SourceError, openBlob, openUrl } from "./byte_sources.js";
@@ -22,8 +22,9 @@ const FRAME_TIME = 22; // ms that a moving picture may take
 const LEAST_SCALE = 0.25;
 const REFINE_EVERY = 60; // ms between pictures that only new bytes change
 const SAMPLES = 8; // of a fine picture: the default of pbm-render
-const QUICK_ENOUGH = 1000; // ms that a sample may take with quality "auto"
+const QUICK_ENOUGH = 1500; // ms that a fine picture may take with quality "auto": input waits for it
 const FINEST = 1.42; // pixels: largest edge of a drawn voxel; the default of pbm-render
+const COARSEST = 100;
 const COARSER = 1.25; // times as large, if the chunks that a picture needs take more than their part of the memory
 const LIMIT = 4; // PBM_LIMIT
 // Parts of maxMemory: decoded chunks, compressed bytes. The rest is for pictures and code.
@@ -82,8 +83,10 @@ class ViewWorker {
     }
 
     view(view) {
-        if (view.moving) this.#maxError = Math.max(this.#maxError / COARSER, FINEST);
-        if (view.moving) this.#restAt = performance.now() + REST_AFTER;
+        if (view.moving) {
+            this.#restAt = performance.now() + REST_AFTER;
+            this.#maxError = Math.max(this.#maxError / COARSER, FINEST);
+        }
         this.#view = view;
         this.#changed = true;
         this.#schedule(0);
@@ -96,9 +99,13 @@ class ViewWorker {
 
     async ask({ id, question, ...parameters }) {
         let value = null;
-        if (question === "point") value = this.#pointAt(parameters);
-        else if (question === "statistics") value = this.#statistics();
-        else if (question === "snapshot") value = await this.#snapshot(parameters);
+        try {
+            if (question === "point") value = this.#pointAt(parameters);
+            else if (question === "statistics") value = this.#statistics();
+            else if (question === "snapshot") value = await this.#snapshot(parameters);
+        } catch (error) {
+            this.#end(error);
+        }
         post({ type: "answer", id, value });
     }
 
@@ -130,7 +137,6 @@ class ViewWorker {
                 return;
             }
             const now = performance.now();
-            const samples = this.#picture?.samples ?? 0;
             if (now < this.#restAt) {
                 if (this.#changed) this.#drawMoving();
                 this.#schedule(this.#restAt - performance.now() + 1);
@@ -138,7 +144,7 @@ class ViewWorker {
                 this.#draw(1, 0);
                 this.#schedule(0);
             } else if (this.#isFineDue()) {
-                this.#draw(1, samples + 1);
+                this.#draw(1, this.#nextSamples());
                 this.#schedule(0);
             }
         } catch (error) {
@@ -164,9 +170,6 @@ class ViewWorker {
         const camera = this.#info && this.#defaultCamera();
         if (!camera) return false;
         this.#stage = stage(this.#info);
-        if (this.#source.size !== null && this.#source.size < this.#size())
-            this.#tell(new SourceError("header.size", `The file is cut short: ${this.#source.size} of `
-                + `${this.#size()} bytes are there. What they show is shown.`, 3));
         // The page answers with the view that its attributes ask for.
         this.#view = null;
         post({ type: "opened", info: this.#info, camera });
@@ -204,7 +207,11 @@ class ViewWorker {
     #isFineDue() {
         const { quality } = this.#view;
         return this.#picture.settled && this.#picture.samples < SAMPLES
-            && (quality === "fine" || (quality === "auto" && this.#times.fine < QUICK_ENOUGH));
+            && (quality === "fine" || (quality === "auto" && this.#times.fine * this.#nextSamples() < QUICK_ENOUGH));
+    }
+
+    #nextSamples() {
+        return Math.min(this.#picture.samples * 2 || 1, SAMPLES);
     }
 
     #drawMoving() {
@@ -240,7 +247,7 @@ class ViewWorker {
             maxError: this.#maxError,
             maxMemory: this.#maxMemory * DECODED_PART,
         });
-        if (error?.code === LIMIT) {
+        if (error?.code === LIMIT && this.#maxError < COARSEST) {
             this.#store.takeLacking();
             this.#maxError *= COARSER;
             return this.#draw(scale, samples);
@@ -249,7 +256,7 @@ class ViewWorker {
         const shown = this.#show(pixels, width, height);
         const end = performance.now();
         this.#times.drawn = end;
-        if (samples > 0) this.#times.fine = end - begin;
+        if (samples > 0) this.#times.fine = (end - begin) / samples;
         else if (scale === 1) this.#times.fast = end - begin;
         this.#firstAfter ??= end - this.#started;
         if (complete && scale === 1) this.#exactAfter ??= end - this.#started;
@@ -276,6 +283,8 @@ class ViewWorker {
     // Requests what the module asked for and did not get. Returns the number of ranges that are still to come.
     #want() {
         const end = this.#source.size ?? Infinity;
+        if (this.#stage && end < this.#size())
+            this.#tell(new SourceError("header.size", `The file is cut short: ${end} of ${this.#size()} bytes are there.`, 3));
         const lacking = this.#store.takeLacking().filter(([from]) => from < end)
             .map(([from, to]) => [from, Math.min(to, end)]);
         this.#store.trim();
