@@ -15,14 +15,16 @@ export const package_ = resolve(process.env.PBM_WEB_PACKAGE ?? join(root, "build
 export const programs = resolve(process.env.PBM_PROGRAMS ?? join(root, "build/release/bin"));
 
 // `models`: folders that the server shows beside the package. The result has browser, server, scratch and
-//   open(body, options)  a page with this content, whose viewer is called `viewer`
+//   open(body, options)  a page with this content, whose viewer is called `viewer`. Options besides those of a page of
+//                        playwright: more of the head; whether to wait until the viewer rests; a file of the package
+//                        that is not there; and from where the viewer comes
 export async function start({ models = [], ...options } = {}) {
     const scratch = mkdtempSync(join(tmpdir(), "pbm-browser-"));
     const server = await startServer([scratch, package_, join(golden, "1.0"), join(golden, "1.1"), ...models], options);
     const browser = await chromium.launch({
         executablePath: process.env.PBM_CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox"] });
     let pages = 0;
-    async function open(body, { head = "", wait = true, missing = null, ...context } = {}) {
+    async function open(body, { head = "", wait = true, missing = null, from = "", ...context } = {}) {
         const page = await browser.newPage({ viewport: { width: 640, height: 480 }, ...context });
         page.faults = [];
         page.on("pageerror", (error) => page.faults.push(String(error)));
@@ -35,7 +37,7 @@ export async function start({ models = [], ...options } = {}) {
             <script>window.heard = []; for (const name of ["load", "progress", "error", "camera-change"])
                 document.addEventListener(name, (event) => event.detail && heard.push({ event: name, id: event.target.id, ...event.detail }), true);
             </script>
-            <script type="module" src="pbm-viewer.js"></script>${body}`);
+            <script type="module" src="${from}pbm-viewer.js"></script>${body}`);
         await page.goto(`${server.url}/${name}`);
         if (wait) await atRest(page);
         return page;

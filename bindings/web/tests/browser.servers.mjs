@@ -125,6 +125,15 @@ describe("servers", () => {
         assert.match(await notice(page), /404/);
         await page.close();
     });
+    test("viewer and model may come from another server, which hides Content-Range", async () => {
+        const other = await start({ models: [tests.scratch] });
+        const page = await tests.open(`<pbm-viewer id="viewer" quality="fast" background="#333" src="${other.server.url}/statue.pbvg">`,
+            { from: `${other.server.url}/` });
+        sameBytes(await pictureOf(page), expected);
+        assert.ok(other.server.log.filter((entry) => entry.status === 206).length > 1);
+        await page.close();
+        await other.close();
+    });
     test("a view that moves on cancels what it no longer needs", async () => {
         const page = await show("?rate=60000", { wait: false });
         await page.waitForFunction(() => viewer.loaded, null, { timeout: 20000 });

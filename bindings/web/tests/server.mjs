@@ -48,7 +48,7 @@ export async function startServer(folders, { isolated = false } = {}) {
         if (searchParams.has("cut")) bytes = bytes.subarray(0, +searchParams.get("cut"));
         const answer = answerOf(bytes, request.headers.range, searchParams.get("mode") ?? "ranges");
         const headers = { "Content-Type": TYPES[extname(file)] ?? "application/octet-stream", "Cache-Control": "no-store",
-            ETag: `"${searchParams.get("mode") === "changing" ? server.log.length : 1}"`, ...answer.headers };
+            "Access-Control-Allow-Origin": "*", ETag: `"${searchParams.get("mode") === "changing" ? server.log.length : 1}"`, ...answer.headers };
         if (searchParams.get("hidden")) for (const name of ["Content-Range", "ETag"]) delete headers[name];
         if (server.isolated) Object.assign(headers, { "Cross-Origin-Opener-Policy": "same-origin",
             "Cross-Origin-Embedder-Policy": "require-corp", "Cross-Origin-Resource-Policy": "same-origin" });

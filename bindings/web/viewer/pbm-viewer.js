@@ -197,6 +197,7 @@ class PbmViewer extends HTMLElement {
     }
 
     #close() {
+        if (this.#worker) this.#worker.onmessage = this.#worker.onerror = null;
         this.#worker?.terminate();
         this.#canvas?.remove();
         for (const resolve of this.#answers.values()) resolve(null);
@@ -486,8 +487,7 @@ function newWorker() {
         return new Worker(new URL("./view_worker.js", import.meta.url), { type: "module" });
     // A worker's own file must come from the origin of the page; what it imports need not.
     const code = `import ${JSON.stringify(new URL("./view_worker.js", import.meta.url).href)};`;
-    const url = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
-    return new Worker(url, { type: "module" });
+    return new Worker(URL.createObjectURL(new Blob([code], { type: "text/javascript" })), { type: "module" });
 }
 
 // A CSS colour, "transparent" if there is no such, as red, green, blue, alpha: 0..255.
