@@ -10,6 +10,7 @@ const DEFAULT_MEMORY = 256; // MB
 const NEAR_SCREEN = "200px"; // lazy models are loaded when they are this near to the visible part of the page
 const ROTATION_DELAY = 3000; // ms without input
 const ROTATION_SPEED = Math.PI / 32 / 1000; // radians per ms
+const LONGEST_TICK = 50; // ms that a view glides or turns on at once
 const FAILURES_TOLD = 3; // in a row, before a network failure is an error event
 
 class PbmViewer extends HTMLElement {
@@ -63,7 +64,9 @@ class PbmViewer extends HTMLElement {
             { rootMargin: NEAR_SCREEN });
         nearness.observe(this);
         const children = new MutationObserver(() => this.#findHotspots());
-        children.observe(this, { childList: true, subtree: true, attributeFilter: ["slot", "data-position", "data-normal"] });
+        children.observe(this, { childList: true });
+        const places = new MutationObserver(() => this.#findHotspots());
+        places.observe(this, { subtree: true, attributeFilter: ["slot", "data-position", "data-normal"] });
         const { fullscreen, dismiss, message } = this.#parts;
         dismiss.addEventListener("click", () => message.replaceChildren(), { signal });
         fullscreen.hidden = !document.fullscreenEnabled;
@@ -73,7 +76,7 @@ class PbmViewer extends HTMLElement {
         this.addEventListener("dragover", (event) => this.hasAttribute("controls") && event.preventDefault(), { signal });
         this.addEventListener("drop", (event) => this.#drop(event), { signal });
         signal.addEventListener("abort", () => {
-            for (const observer of [sizes, nearness, children]) observer.disconnect();
+            for (const observer of [sizes, nearness, children, places]) observer.disconnect();
             this.#gestures?.abort();
             this.#close();
         });
@@ -94,7 +97,8 @@ class PbmViewer extends HTMLElement {
     attributeChangedCallback(name, old, value) {
         if (!this.#life || old === value) return;
         if (name === "src") this.#opened = null;
-        if (name === "src" || name === "loading") this.#load();
+        if (name === "src" || (name === "loading" && !this.#worker)) this.#load();
+        else if (name === "loading") this.#pause();
         else if (name === "poster" || name === "reveal") this.#showPoster();
         else if (name === "controls" || name === "alt") this.#listen();
         else if (name.startsWith("camera-") || name === "field-of-view") this.resetCamera();
@@ -356,7 +360,7 @@ class PbmViewer extends HTMLElement {
             zoom: steer("zoom"),
             focus: async (x, y) => {
                 const point = await this.positionFromPoint(x, y);
-                if (!point) return;
+                if (!point || !this.#motion) return;
                 this.#motion.go({ ...this.#motion.goal, target: [point.x, point.y, point.z] }, true);
                 this.#touch();
             },
@@ -391,14 +395,12 @@ class PbmViewer extends HTMLElement {
 
     #animate() {
         if (this.#frameRequest || !this.#worker) return;
-        this.#lastTick = performance.now();
-        const tick = (now) => {
+        this.#frameRequest = requestAnimationFrame((now) => {
             this.#frameRequest = 0;
-            const again = this.#tick(Math.max(now - this.#lastTick, 0));
+            const passed = now - this.#lastTick;
             this.#lastTick = now;
-            if (again) this.#frameRequest = requestAnimationFrame(tick);
-        };
-        this.#frameRequest = requestAnimationFrame(tick);
+            if (this.#tick(Math.min(passed, LONGEST_TICK))) this.#animate();
+        });
     }
 
     // `passed`: ms since the last tick. Returns whether the view still moves.
@@ -408,7 +410,7 @@ class PbmViewer extends HTMLElement {
         const moving = this.#motion?.step(passed) ?? false;
         if (moving || this.#stale) this.#post(moving);
         if (moving) this.#emit("camera-change", { source: this.#byUser ? "user-interaction" : "none" });
-        else if (this.#byUser) this.#parts.spoken.textContent = `View from the ${describe(this.#motion.goal)}`;
+        else if (this.#byUser && this.#motion) this.#parts.spoken.textContent = `View from the ${describe(this.#motion.goal)}`;
         return moving;
     }
 
