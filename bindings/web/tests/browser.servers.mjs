@@ -119,6 +119,16 @@ describe("servers", () => {
         assert.ok(sent() < size + 2 * FIRST, "bytes were sent twice");
         await page.close();
     });
+    test("a browser that is offline for a while", async () => {
+        const page = await show("?rate=100000", { wait: false });
+        await page.waitForFunction(() => viewer.loaded, null, { timeout: 20000 });
+        await page.context().setOffline(true);
+        await page.waitForFunction(() => viewer.shadowRoot.getElementById("message").textContent.includes("tries again"));
+        await page.context().setOffline(false);
+        await atRest(page);
+        sameBytes(await pictureOf(page), expected);
+        await page.close();
+    });
     test("a missing file is an error", async () => {
         const page = await show("?status=404", { wait: false });
         await page.waitForFunction(() => heard.some(({ event }) => event === "error"));

@@ -29,9 +29,8 @@ export function linked(text) {
         const before = text.slice(at, match.index).trim();
         const href = match[1] ?? match[0];
         at = match.index + match[0].length;
-        if (!URL.canParse(href)) continue;
         if (before && match[1]) parts.push({ text: before, href });
-        else parts.push(...(before ? [{ text: before }] : []), { text: new URL(href).host, href });
+        else parts.push(...(before ? [{ text: before }] : []), { text: href.split("/")[2], href });
     }
     const rest = text.slice(at).trim();
     if (rest) parts.push({ text: rest });
