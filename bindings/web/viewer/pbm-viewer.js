@@ -2,8 +2,9 @@
 // pbm-viewer.d.ts describes attributes, events and methods.
 import { showCredits } from "./credit.js";
 import { listen } from "./gestures.js";
+import { Hotspots } from "./hotspots.js";
 import { Motion } from "./motion.js";
-import { cameraOf, describe, orbitFrom, orbitOf, parsePoint, project, stage } from "./orbit.js";
+import { cameraOf, describe, orbitFrom, orbitOf, stage } from "./orbit.js";
 import { template } from "./template.js";
 
 const DEFAULT_MEMORY = 256; // MB
@@ -42,12 +43,13 @@ class PbmViewer extends HTMLElement {
     #progress = 0;
     #loaded = false;
     #dismissed = false;
-    #hotspots = []; // {element, box, position, normal}
+    #hotspots;
 
     constructor() {
         super();
         this.attachShadow({ mode: "open" }).append(template.content.cloneNode(true));
         for (const element of this.shadowRoot.querySelectorAll("[id]")) this.#parts[element.id] = element;
+        this.#hotspots = new Hotspots(this, this.#parts.hotspots);
     }
 
     connectedCallback() {
@@ -258,7 +260,7 @@ class PbmViewer extends HTMLElement {
             Object.assign(this.#canvas, { width, height });
             this.#context.putImageData(new ImageData(new Uint8ClampedArray(pixels), width, height), 0, 0);
         }
-        this.#placeHotspots(camera, visible);
+        this.#hotspots.show(camera, visible);
         if (!this.#loaded) {
             this.#loaded = true;
             this.#showPoster();
@@ -436,41 +438,13 @@ class PbmViewer extends HTMLElement {
             moving,
             background: colour(this.getAttribute("background") ?? "transparent"),
             quality: this.getAttribute("quality") ?? "auto",
-            hotspots: this.#hotspots.map(({ position, normal }) => ({ position, normal })),
+            hotspots: this.#hotspots.places,
         });
     }
 
     #findHotspots() {
-        for (const { box } of this.#hotspots) box.remove();
-        this.#hotspots = [];
-        for (const element of this.querySelectorAll(':scope > [slot^="hotspot"]')) {
-            const box = Object.assign(document.createElement("div"), { className: "hotspot away" });
-            box.append(Object.assign(document.createElement("slot"), { name: element.slot }));
-            const { position, normal } = element.dataset;
-            try {
-                const place = [position, normal].map((text) => text ? parsePoint(text, this.#stage?.metre ?? 1) : null);
-                this.#hotspots.push({ element, box, position: place[0] ?? [0, 0, 0], normal: place[1] });
-                this.#parts.hotspots.append(box);
-            } catch (error) {
-                console.error(`pbm-viewer: ${element.slot}: ${error.message}`);
-            }
-        }
+        this.#hotspots.find(this.#stage?.metre ?? 1);
         this.#refresh();
-    }
-
-    #placeHotspots(camera, visible) {
-        const { clientWidth, clientHeight } = this;
-        for (const [i, { element, box, position }] of this.#hotspots.entries()) {
-            const { x, y, depth } = project(position, camera, clientWidth, clientHeight);
-            const inside = depth > 0 && x >= 0 && y >= 0 && x <= clientWidth && y <= clientHeight;
-            box.classList.toggle("away", !inside);
-            if (inside) box.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
-            const isVisible = visible[i] ?? false;
-            box.classList.toggle("hidden", !isVisible);
-            if (element.hasAttribute("data-visible") === isVisible) continue;
-            element.toggleAttribute("data-visible", isVisible);
-            element.dispatchEvent(new CustomEvent("hotspot-visibility", { detail: { visible: isVisible } }));
-        }
     }
 }
 
