@@ -33,8 +33,8 @@ export async function start({ models = [], ...options } = {}) {
         if (missing) await page.context().route(`**/${missing}`, (route) => route.fulfill({ status: 404 }));
         const name = `page${++pages}.html`;
         writeFileSync(join(scratch, name), `<!doctype html><html lang="en"><meta charset="utf-8">${head}
-            <style>body { margin: 0 } pbm-viewer { width: 320px; height: 240px }</style>
-            <script>window.heard = []; for (const name of ["load", "progress", "error", "camera-change"])
+            <style nonce="page">body { margin: 0 } pbm-viewer { width: 320px; height: 240px }</style>
+            <script nonce="page">window.heard = []; for (const name of ["load", "progress", "error", "camera-change"])
                 document.addEventListener(name, (event) => event.detail && heard.push({ event: name, id: event.target.id, ...event.detail }), true);
             </script>
             <script type="module" src="${from}pbm-viewer.js"></script>${body}`);

@@ -326,6 +326,11 @@ describe("the page", () => {
         await withPage(VIEWER, { head: "<script>delete HTMLCanvasElement.prototype.transferControlToOffscreen</script>" },
             async (other) => sameBytes(await pictureOf(other), expected));
     }));
+    test("a strict Content-Security-Policy is kept", () => withPage(VIEWER, { head: `<meta http-equiv="Content-Security-Policy"
+        content="default-src 'none'; script-src 'self' 'nonce-page' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self';
+        style-src 'nonce-page'">` }, async (page) => {
+        assert.equal(await page.locator("#input").evaluate((input) => getComputedStyle(input).cursor), "grab");
+    }));
     test("a page that is isolated draws with threads, and the same picture", async () => {
         await withPage(VIEWER, {}, async (page) => {
             const expected = await pictureOf(page);

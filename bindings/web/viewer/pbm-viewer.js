@@ -5,7 +5,7 @@ import { listen } from "./gestures.js";
 import { Hotspots } from "./hotspots.js";
 import { Motion } from "./motion.js";
 import { cameraOf, describe, orbitFrom, orbitOf, stage } from "./orbit.js";
-import { template } from "./template.js";
+import { styles, template } from "./template.js";
 
 const DEFAULT_MEMORY = 256; // MB
 const NEAR_SCREEN = "200px"; // lazy models are loaded when they are this near to the visible part of the page
@@ -47,8 +47,10 @@ class PbmViewer extends HTMLElement {
 
     constructor() {
         super();
-        this.attachShadow({ mode: "open" }).append(template.content.cloneNode(true));
-        for (const element of this.shadowRoot.querySelectorAll("[id]")) this.#parts[element.id] = element;
+        const root = this.attachShadow({ mode: "open" });
+        root.adoptedStyleSheets = [styles];
+        root.append(template.content.cloneNode(true));
+        for (const element of root.querySelectorAll("[id]")) this.#parts[element.id] = element;
         this.#hotspots = new Hotspots(this, this.#parts.hotspots);
     }
 

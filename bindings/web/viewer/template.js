@@ -1,8 +1,8 @@
 // What <pbm-viewer> consists of.
 
-export const template = document.createElement("template");
-template.innerHTML = `
-<style>
+// A Content-Security-Policy that forbids styles in a page allows those of scripts.
+export const styles = new CSSStyleSheet();
+styles.replaceSync(`
 :host { display: block; position: relative; contain: strict; width: 300px; height: 150px; overflow: hidden; }
 :host([hidden]) { display: none; }
 canvas, #poster, #input, #hotspots { position: absolute; inset: 0; width: 100%; height: 100%; }
@@ -36,7 +36,10 @@ canvas { display: block; }
 #spoken { position: absolute; width: 1px; height: 1px; overflow: hidden; clip-path: inset(50%); }
 :host(:not([controls])) #fullscreen, :host(:not([controls])) #spoken { display: none; }
 @media (prefers-reduced-motion: reduce) { * { transition: none !important; } }
-</style>
+`);
+
+export const template = document.createElement("template");
+template.innerHTML = `
 <div id="input" part="input" tabindex="0"></div>
 <div id="hotspots"></div>
 <div id="poster" part="poster"><slot name="poster"></slot></div>
