@@ -22,7 +22,9 @@ export async function start({ models = [], ...options } = {}) {
     const scratch = mkdtempSync(join(tmpdir(), "pbm-browser-"));
     const server = await startServer([scratch, package_, join(golden, "1.0"), join(golden, "1.1"), ...models], options);
     const browser = await chromium.launch({
-        executablePath: process.env.PBM_CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox"] });
+        executablePath: process.env.PBM_CHROMIUM ?? "/usr/bin/chromium",
+        args: ["--no-sandbox"],
+    });
     let pages = 0;
     async function open(body, { head = "", wait = true, missing = null, from = "", ...context } = {}) {
         const page = await browser.newPage({ viewport: { width: 640, height: 480 }, ...context });
@@ -32,21 +34,31 @@ export async function start({ models = [], ...options } = {}) {
         await page.route("**/favicon.ico", (route) => route.fulfill({ status: 204 }));
         if (missing) await page.context().route(`**/${missing}`, (route) => route.fulfill({ status: 404 }));
         const name = `page${++pages}.html`;
-        writeFileSync(join(scratch, name), `<!doctype html><html lang="en"><meta charset="utf-8">${head}
+        writeFileSync(
+            join(scratch, name),
+            `<!doctype html><html lang="en"><meta charset="utf-8">${head}
             <style nonce="page">body { margin: 0 } pbm-viewer { width: 320px; height: 240px }</style>
             <script nonce="page">window.heard = []; for (const name of ["load", "progress", "error", "camera-change"])
-                document.addEventListener(name, (event) => event.detail && heard.push({ event: name, id: event.target.id, ...event.detail }), true);
+                document.addEventListener(name, ({ target, detail }) =>
+                    detail && heard.push({ event: name, id: target.id, ...detail }), true);
             </script>
-            <script type="module" src="${from}pbm-viewer.js"></script>${body}`);
+            <script type="module" src="${from}pbm-viewer.js"></script>${body}`,
+        );
         await page.goto(`${server.url}/${name}`);
         if (wait) await atRest(page);
         return page;
     }
-    return { browser, server, scratch, open, async close() {
-        await browser.close();
-        server.close();
-        rmSync(scratch, { recursive: true });
-    } };
+    return {
+        browser,
+        server,
+        scratch,
+        open,
+        async close() {
+            await browser.close();
+            server.close();
+            rmSync(scratch, { recursive: true });
+        },
+    };
 }
 
 // Until the view rests, and its picture is the last one.
@@ -67,16 +79,23 @@ export async function atRest(page, id = "viewer") {
 
 // A picture as {width, height, pixels: straight RGBA bytes}: of the viewer with this id, or of an image file's bytes.
 export async function pictureOf(page, source = "viewer") {
-    const { width, height, text } = await page.evaluate(async ({ id, image }) => {
-        const blob = image ? await (await fetch(`data:;base64,${image}`)).blob() : await document.getElementById(id).toBlob();
-        const bitmap = await createImageBitmap(blob, { premultiplyAlpha: "none", colorSpaceConversion: "none" });
-        const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d", { willReadFrequently: true });
-        context.drawImage(bitmap, 0, 0);
-        const { data, width, height } = context.getImageData(0, 0, bitmap.width, bitmap.height);
-        let text = "";
-        for (let i = 0; i < data.length; i += 8192) text += String.fromCharCode(...data.subarray(i, i + 8192));
-        return { width, height, text: btoa(text) };
-    }, typeof source === "string" ? { id: source } : { image: source.toString("base64") });
+    const { width, height, text } = await page.evaluate(
+        async ({ id, image }) => {
+            const blob = image
+                ? await (await fetch(`data:;base64,${image}`)).blob()
+                : await document.getElementById(id).toBlob();
+            const bitmap = await createImageBitmap(blob, { premultiplyAlpha: "none", colorSpaceConversion: "none" });
+            const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d", {
+                willReadFrequently: true,
+            });
+            context.drawImage(bitmap, 0, 0);
+            const { data, width, height } = context.getImageData(0, 0, bitmap.width, bitmap.height);
+            let text = "";
+            for (let i = 0; i < data.length; i += 8192) text += String.fromCharCode(...data.subarray(i, i + 8192));
+            return { width, height, text: btoa(text) };
+        },
+        typeof source === "string" ? { id: source } : { image: source.toString("base64") },
+    );
     return { width, height, pixels: Buffer.from(text, "base64") };
 }
 
@@ -85,5 +104,8 @@ export function sameBytes(actual, expected) {
     const { pixels } = actual;
     const differing = pixels.reduce((sum, byte, i) => sum + (byte !== expected.pixels[i]), 0);
     assert.equal(differing, 0, `${differing} of ${pixels.length} bytes differ`);
-    assert.ok(pixels.some((byte) => byte !== pixels[0] && byte !== 255), "the picture is empty");
+    assert.ok(
+        pixels.some((byte) => byte !== pixels[0] && byte !== 255),
+        "the picture is empty",
+    );
 }

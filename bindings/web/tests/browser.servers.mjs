@@ -14,7 +14,16 @@ let lastByte; // that the picture needs
 before(async () => {
     tests = await start();
     const model = join(tests.scratch, "statue.pbvg");
-    execFileSync(join(programs, "pbm-sample"), ["--shape", "statue", "--points", "300000", "--normals", "-o", `${model}.ply`, "-q"]);
+    execFileSync(join(programs, "pbm-sample"), [
+        "--shape",
+        "statue",
+        "--points",
+        "300000",
+        "--normals",
+        "-o",
+        `${model}.ply`,
+        "-q",
+    ]);
     execFileSync(join(programs, "pbm-build"), [`${model}.ply`, "-o", model, "--depth", "9", "-q"]);
     size = readFileSync(model).length;
     const page = await show("");
@@ -27,7 +36,10 @@ after(() => tests.close());
 // A page with the model, asked for with this query.
 async function show(query, options = {}) {
     tests.server.log.length = 0;
-    return tests.open(`<pbm-viewer id="viewer" quality="fast" background="#333" controls src="statue.pbvg${query}">`, options);
+    return tests.open(
+        `<pbm-viewer id="viewer" quality="fast" background="#333" controls src="statue.pbvg${query}">`,
+        options,
+    );
 }
 const errors = (page) => page.evaluate(() => heard.filter(({ event }) => event === "error"));
 const requests = () => tests.server.log.filter((entry) => entry.path === "/statue.pbvg");
@@ -46,7 +58,9 @@ describe("servers", () => {
         await page.close();
     });
     test("ranges: a view that comes nearer asks for the rest", async () => {
-        const page = await show("", { head: "<style>pbm-viewer { width: 64px !important; height: 48px !important }</style>" });
+        const page = await show("", {
+            head: "<style>pbm-viewer { width: 64px !important; height: 48px !important }</style>",
+        });
         const first = sent();
         assert.ok(first < size, "the small picture needs all of the model");
         await page.evaluate(() => viewer.setCamera({ orbit: "auto auto 20%" }, { smooth: false }));
@@ -62,7 +76,10 @@ describe("servers", () => {
         test(`a server ${what} gives the same picture`, async () => {
             const page = await show(query);
             sameBytes(await pictureOf(page), expected);
-            assert.deepEqual(requests().map((entry) => entry.status), statuses);
+            assert.deepEqual(
+                requests().map((entry) => entry.status),
+                statuses,
+            );
             assert.deepEqual(await errors(page), []);
             await page.close();
         });
@@ -99,7 +116,9 @@ describe("servers", () => {
     for (const mode of ["ranges", "plain"]) {
         test(`a network that breaks and comes back (${mode})`, async () => {
             const page = await show(`?mode=${mode}&drop=${mode === "plain" ? 100000 : 30000}`, { wait: false });
-            await page.waitForFunction(() => viewer.shadowRoot?.getElementById("message").textContent.includes("tries again"));
+            await page.waitForFunction(() =>
+                viewer.shadowRoot?.getElementById("message").textContent.includes("tries again"),
+            );
             await atRest(page);
             sameBytes(await pictureOf(page), expected);
             assert.equal(await notice(page), "");
@@ -111,9 +130,15 @@ describe("servers", () => {
         await page.waitForFunction(() => viewer.loaded, null, { timeout: 20000 });
         tests.server.down = true;
         tests.server.breakConnections();
-        await page.waitForFunction(() => heard.some(({ event }) => event === "error"), null, { timeout: 20000 })
-            .finally(() => { tests.server.down = false; });
-        assert.deepEqual((await errors(page)).map(({ name, code }) => [name, code]), [["network", 2]]);
+        await page
+            .waitForFunction(() => heard.some(({ event }) => event === "error"), null, { timeout: 20000 })
+            .finally(() => {
+                tests.server.down = false;
+            });
+        assert.deepEqual(
+            (await errors(page)).map(({ name, code }) => [name, code]),
+            [["network", 2]],
+        );
         await atRest(page);
         sameBytes(await pictureOf(page), expected);
         assert.ok(sent() < size + 2 * FIRST, "bytes were sent twice");
@@ -123,7 +148,9 @@ describe("servers", () => {
         const page = await show("?rate=100000", { wait: false });
         await page.waitForFunction(() => viewer.loaded, null, { timeout: 20000 });
         await page.context().setOffline(true);
-        await page.waitForFunction(() => viewer.shadowRoot.getElementById("message").textContent.includes("tries again"));
+        await page.waitForFunction(() =>
+            viewer.shadowRoot.getElementById("message").textContent.includes("tries again"),
+        );
         await page.context().setOffline(false);
         await atRest(page);
         sameBytes(await pictureOf(page), expected);
@@ -137,8 +164,10 @@ describe("servers", () => {
     });
     test("viewer and model may come from another server, which hides Content-Range", async () => {
         const other = await start({ models: [tests.scratch] });
-        const page = await tests.open(`<pbm-viewer id="viewer" quality="fast" background="#333" src="${other.server.url}/statue.pbvg">`,
-            { from: `${other.server.url}/` });
+        const page = await tests.open(
+            `<pbm-viewer id="viewer" quality="fast" background="#333" src="${other.server.url}/statue.pbvg">`,
+            { from: `${other.server.url}/` },
+        );
         sameBytes(await pictureOf(page), expected);
         assert.ok(other.server.log.filter((entry) => entry.status === 206).length > 1);
         await page.close();
@@ -170,7 +199,9 @@ describe("damage", () => {
         });
         test(`of a file that is cut short the beginning is shown (${mode})`, async () => {
             const page = await show(`?mode=${mode}&cut=${lastByte - 20000}`, { wait: false });
-            await page.waitForFunction(() => viewer.loaded && heard.some(({ event }) => event === "error"), null, { timeout: 20000 });
+            await page.waitForFunction(() => viewer.loaded && heard.some(({ event }) => event === "error"), null, {
+                timeout: 20000,
+            });
             const [error] = await errors(page);
             assert.deepEqual([error.code, error.name], [3, "header.size"]);
             const { pixels } = await pictureOf(page);
@@ -185,7 +216,10 @@ describe("damage", () => {
         await atRest(page);
         await page.close();
     });
-    for (const [file, name] of [["view_worker.js", "worker"], ["pbm.wasm", "module"]]) {
+    for (const [file, name] of [
+        ["view_worker.js", "worker"],
+        ["pbm.wasm", "module"],
+    ]) {
         test(`a viewer without ${file} is told`, async () => {
             const page = await show("", { wait: false, missing: file });
             await page.waitForFunction(() => heard.some(({ event }) => event === "error"), null, { timeout: 20000 });
@@ -193,7 +227,11 @@ describe("damage", () => {
             await page.close();
         });
     }
-    for (const [query, name] of [["?flip=3", "header.magic"], ["?flip=60", "hash.header"], ["?cut=100", "header.size"]]) {
+    for (const [query, name] of [
+        ["?flip=3", "header.magic"],
+        ["?flip=60", "hash.header"],
+        ["?cut=100", "header.size"],
+    ]) {
         test(`a header that is damaged shows nothing but the error (${name})`, async () => {
             const page = await show(query, { wait: false });
             await page.waitForFunction(() => heard.some(({ event }) => event === "error"));

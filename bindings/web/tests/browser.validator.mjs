@@ -7,7 +7,9 @@ import { after, before, test } from "node:test";
 import { golden, programs, start } from "./browser.mjs";
 
 let tests;
-before(async () => { tests = await start(); });
+before(async () => {
+    tests = await start();
+});
 after(() => tests.close());
 
 async function examine(name, buffer) {
@@ -35,13 +37,26 @@ test("findings are those of pbm-validate --deep, and codes lead to their page", 
     damaged[damaged.length - 20] ^= 1;
     const file = join(tests.scratch, "damaged.pbvg");
     writeFileSync(file, damaged);
-    const { stdout, status } = spawnSync(join(programs, "pbm-validate"), ["--deep", "--json", file], { encoding: "utf8" });
+    const { stdout, status } = spawnSync(join(programs, "pbm-validate"), ["--deep", "--json", file], {
+        encoding: "utf8",
+    });
     assert.equal(status, 3);
-    const expected = JSON.parse(stdout).files[0].findings.map(({ severity, code, rule, offset, section, message, remedy }) =>
-        [severity, code, rule, offset.toLocaleString("en"), section, message, remedy]);
+    const expected = JSON.parse(stdout).files[0].findings.map(
+        ({ severity, code, rule, offset, section, message, remedy }) => [
+            severity,
+            code,
+            rule,
+            offset.toLocaleString("en"),
+            section,
+            message,
+            remedy,
+        ],
+    );
     const page = await examine("damaged.pbvg", damaged);
     assert.equal(await page.locator("#verdict").innerText(), "damaged.pbvg is not valid");
-    const rows = await page.locator("tbody tr").evaluateAll((rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent)));
+    const rows = await page
+        .locator("tbody tr")
+        .evaluateAll((rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent)));
     assert.deepEqual(rows, expected);
     await page.locator("tr.error a").first().click();
     await page.locator(`tr[id="${expected[0][1]}"]`).waitFor();
@@ -55,11 +70,16 @@ test("something else is refused, and markup in names stays text", async () => {
 test("a file may be dropped", async () => {
     const page = await tests.browser.newPage();
     await page.goto(`${tests.server.url}/validator.html`);
-    await page.evaluate((bytes) => {
-        const transfer = new DataTransfer();
-        transfer.items.add(new File([new Uint8Array(bytes)], "dropped.pbvg"));
-        document.getElementById("drop").dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
-    }, [...MODEL]);
+    await page.evaluate(
+        (bytes) => {
+            const transfer = new DataTransfer();
+            transfer.items.add(new File([new Uint8Array(bytes)], "dropped.pbvg"));
+            document
+                .getElementById("drop")
+                .dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
+        },
+        [...MODEL],
+    );
     await page.locator("#verdict").waitFor();
     assert.equal(await page.locator("#verdict").innerText(), "dropped.pbvg is valid");
     await page.close();
@@ -67,7 +87,11 @@ test("a file may be dropped", async () => {
 test("nothing can leave the page: not from it, and not from its worker", async () => {
     const other = await start();
     const page = await examine("scan-plain.pbvg", MODEL);
-    const attempt = async (url) => fetch(url, { mode: "no-cors" }).then(() => "sent", () => "refused");
+    const attempt = async (url) =>
+        fetch(url, { mode: "no-cors" }).then(
+            () => "sent",
+            () => "refused",
+        );
     const elsewhere = `${other.server.url}/pbm-viewer.js`;
     assert.equal(await page.evaluate(attempt, elsewhere), "refused");
     assert.equal(await page.workers()[0].evaluate(attempt, elsewhere), "refused");

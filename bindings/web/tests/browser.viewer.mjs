@@ -9,7 +9,9 @@ import { atRest, golden, pictureOf, programs, sameBytes, start } from "./browser
 const MODEL = "scan-everything.pbvg";
 const VIEWER = `<pbm-viewer id="viewer" src="${MODEL}" controls alt="A sample" background="#333" quality="fast">`;
 let tests;
-before(async () => { tests = await start(); });
+before(async () => {
+    tests = await start();
+});
 after(() => tests.close());
 
 // Opens a page, and closes it after the test. No page may have complained.
@@ -26,28 +28,53 @@ const orbit = (page) => page.evaluate(() => ({ ...viewer.getCameraOrbit(), toStr
 const heard = (page, name) => page.evaluate((name) => heard.filter(({ event }) => event === name), name);
 
 describe("pictures have the bytes of pbm-render", () => {
-    const models = ["1.0/colour-565", "1.0/every-attribute", "1.0/filtered-regions", "1.0/many-chunks", "1.0/mapped-chunks",
-        "1.0/plain-ground", "1.0/scan-everything", "1.0/shaded", "1.0/two-sided", "1.1/depth-16", "1.1/scan-fields"];
+    const models = [
+        "1.0/colour-565",
+        "1.0/every-attribute",
+        "1.0/filtered-regions",
+        "1.0/many-chunks",
+        "1.0/mapped-chunks",
+        "1.0/plain-ground",
+        "1.0/scan-everything",
+        "1.0/shaded",
+        "1.0/two-sided",
+        "1.1/depth-16",
+        "1.1/scan-fields",
+    ];
     for (const [i, name] of models.entries()) {
         test(name, async () => {
             const quality = i % 2 ? "fast" : "fine";
             const png = join(tests.scratch, "expected.png");
-            execFileSync(join(programs, "pbm-render"), [join(golden, `${name}.pbvg`), "-o", png, "--resolution", "320,240",
-                "--quality", quality, "--quiet"]);
+            execFileSync(join(programs, "pbm-render"), [
+                join(golden, `${name}.pbvg`),
+                "-o",
+                png,
+                "--resolution",
+                "320,240",
+                "--quality",
+                quality,
+                "--quiet",
+            ]);
             const body = `<pbm-viewer id="viewer" src="${name.slice(4)}.pbvg" background="rgb(51, 51, 51)" quality="${quality}">`;
             await withPage(body, {}, async (page) =>
-                sameBytes(await pictureOf(page), await pictureOf(page, readFileSync(png))));
+                sameBytes(await pictureOf(page), await pictureOf(page, readFileSync(png))),
+            );
         });
     }
-    test("what is on the screen is the picture, to the pixel", () => withPage(VIEWER.replace("controls", ""), {}, async (page) => {
-        await page.waitForFunction(() => getComputedStyle(viewer.shadowRoot.getElementById("bar")).opacity === "0");
-        const screen = await page.screenshot({ clip: { x: 0, y: 0, width: 320, height: 240 } });
-        const shown = await pictureOf(page, screen);
-        const expected = await pictureOf(page);
-        // The credit covers the lower left corner.
-        const upper = ({ width, height, pixels }) => ({ width, height, pixels: pixels.subarray(0, width * 4 * (height - 40)) });
-        sameBytes(upper(shown), upper(expected));
-    }));
+    test("what is on the screen is the picture, to the pixel", () =>
+        withPage(VIEWER.replace("controls", ""), {}, async (page) => {
+            await page.waitForFunction(() => getComputedStyle(viewer.shadowRoot.getElementById("bar")).opacity === "0");
+            const screen = await page.screenshot({ clip: { x: 0, y: 0, width: 320, height: 240 } });
+            const shown = await pictureOf(page, screen);
+            const expected = await pictureOf(page);
+            // The credit covers the lower left corner.
+            const upper = ({ width, height, pixels }) => ({
+                width,
+                height,
+                pixels: pixels.subarray(0, width * 4 * (height - 40)),
+            });
+            sameBytes(upper(shown), upper(expected));
+        }));
     test("a screen of two device pixels a CSS pixel gets all of them", () =>
         withPage(VIEWER, { deviceScaleFactor: 2 }, async (page) => {
             const { width, height } = await pictureOf(page);
@@ -60,36 +87,38 @@ describe("input", () => {
     async function drag(page, right, down, options = {}) {
         await page.mouse.move(160, 120);
         await page.mouse.down(options);
-        for (let i = 1; i <= 4; ++i) await page.mouse.move(160 + right * i / 4, 120 + down * i / 4);
+        for (let i = 1; i <= 4; ++i) await page.mouse.move(160 + (right * i) / 4, 120 + (down * i) / 4);
         await page.mouse.up(options);
         await atRest(page);
     }
-    test("a drag turns the view, Home brings the first picture back", () => withPage(VIEWER, {}, async (page) => {
-        const first = await pictureOf(page);
-        const before = await orbit(page);
-        await drag(page, 60, 24);
-        const after = await orbit(page);
-        assert.ok(Math.abs(after.theta - (before.theta - Math.PI / 4)) < 1e-6);
-        assert.ok(Math.abs(after.phi - (before.phi - Math.PI / 10)) < 1e-6);
-        assert.notDeepEqual((await pictureOf(page)).pixels, first.pixels);
-        assert.ok((await heard(page, "camera-change")).some((event) => event.source === "user-interaction"));
-        await page.keyboard.press("Home");
-        await atRest(page);
-        sameBytes(await pictureOf(page), first);
-    }));
-    test("the right button and shift move the target", () => withPage(VIEWER, {}, async (page) => {
-        const target = () => page.evaluate(() => String(viewer.getCameraTarget()));
-        const first = await target();
-        await drag(page, 40, 0, { button: "right" });
-        const second = await target();
-        assert.notEqual(second, first);
-        await page.keyboard.down("Shift");
-        await drag(page, 0, 40);
-        assert.notEqual(await target(), second);
-        assert.equal((await orbit(page)).theta, 0);
-    }));
-    test("the wheel zooms, and scrolls the page if zoom is disabled", () => withPage(`<div style="height: 3000px">${VIEWER}`, {},
-        async (page) => {
+    test("a drag turns the view, Home brings the first picture back", () =>
+        withPage(VIEWER, {}, async (page) => {
+            const first = await pictureOf(page);
+            const before = await orbit(page);
+            await drag(page, 60, 24);
+            const after = await orbit(page);
+            assert.ok(Math.abs(after.theta - (before.theta - Math.PI / 4)) < 1e-6);
+            assert.ok(Math.abs(after.phi - (before.phi - Math.PI / 10)) < 1e-6);
+            assert.notDeepEqual((await pictureOf(page)).pixels, first.pixels);
+            assert.ok((await heard(page, "camera-change")).some((event) => event.source === "user-interaction"));
+            await page.keyboard.press("Home");
+            await atRest(page);
+            sameBytes(await pictureOf(page), first);
+        }));
+    test("the right button and shift move the target", () =>
+        withPage(VIEWER, {}, async (page) => {
+            const target = () => page.evaluate(() => String(viewer.getCameraTarget()));
+            const first = await target();
+            await drag(page, 40, 0, { button: "right" });
+            const second = await target();
+            assert.notEqual(second, first);
+            await page.keyboard.down("Shift");
+            await drag(page, 0, 40);
+            assert.notEqual(await target(), second);
+            assert.equal((await orbit(page)).theta, 0);
+        }));
+    test("the wheel zooms, and scrolls the page if zoom is disabled", () =>
+        withPage(`<div style="height: 3000px">${VIEWER}`, {}, async (page) => {
             const { radius } = await orbit(page);
             await page.mouse.move(160, 120);
             await page.mouse.wheel(0, -100);
@@ -99,42 +128,51 @@ describe("input", () => {
             await page.mouse.wheel(0, 100);
             await page.waitForFunction(() => scrollY > 0);
         }));
-    test("keys turn, move and zoom", () => withPage(VIEWER, {}, async (page) => {
-        await page.keyboard.press("Tab");
-        const first = await orbit(page);
-        for (let i = 0; i < 4; ++i) await page.keyboard.press("ArrowRight");
-        await page.keyboard.press("ArrowUp");
-        await page.keyboard.press("+");
-        await atRest(page);
-        const turned = await orbit(page);
-        assert.ok(turned.theta < first.theta && turned.phi > first.phi && turned.radius < first.radius);
-        assert.match(await page.evaluate(() => viewer.shadowRoot.getElementById("spoken").textContent), /^View from the .*left/);
-        const target = await page.evaluate(() => String(viewer.getCameraTarget()));
-        await page.keyboard.press("Shift+ArrowLeft");
-        assert.notEqual(await page.evaluate(() => String(viewer.getCameraTarget())), target);
-    }));
-    test("a double click looks at the point under the mouse", () => withPage(VIEWER, {}, async (page) => {
-        const point = await page.evaluate(async () => {
-            for (let y = 20; y < 240; y += 10) for (let x = 20; x < 320; x += 10) {
-                const point = await viewer.positionFromPoint(x, y);
-                if (point && Math.hypot(x - 160, y - 120) > 20) return { x, y, text: String(point) };
-            }
-        });
-        await page.mouse.dblclick(point.x, point.y);
-        await page.waitForFunction((text) => String(viewer.getCameraTarget()) === text, point.text);
-        await atRest(page);
-        const [seen, eye] = await page.evaluate(async () => {
-            const seen = await viewer.positionFromPoint(160, 120);
-            return [[seen.x, seen.y, seen.z], viewer.info.voxelSize];
-        });
-        const wanted = point.text.split(" ").map(Number);
-        assert.ok(Math.hypot(...seen.map((x, i) => x - wanted[i])) < 8 * eye);
-    }));
+    test("keys turn, move and zoom", () =>
+        withPage(VIEWER, {}, async (page) => {
+            await page.keyboard.press("Tab");
+            const first = await orbit(page);
+            for (let i = 0; i < 4; ++i) await page.keyboard.press("ArrowRight");
+            await page.keyboard.press("ArrowUp");
+            await page.keyboard.press("+");
+            await atRest(page);
+            const turned = await orbit(page);
+            assert.ok(turned.theta < first.theta && turned.phi > first.phi && turned.radius < first.radius);
+            assert.match(
+                await page.evaluate(() => viewer.shadowRoot.getElementById("spoken").textContent),
+                /^View from the .*left/,
+            );
+            const target = await page.evaluate(() => String(viewer.getCameraTarget()));
+            await page.keyboard.press("Shift+ArrowLeft");
+            assert.notEqual(await page.evaluate(() => String(viewer.getCameraTarget())), target);
+        }));
+    test("a double click looks at the point under the mouse", () =>
+        withPage(VIEWER, {}, async (page) => {
+            const point = await page.evaluate(async () => {
+                for (let y = 20; y < 240; y += 10)
+                    for (let x = 20; x < 320; x += 10) {
+                        const point = await viewer.positionFromPoint(x, y);
+                        if (point && Math.hypot(x - 160, y - 120) > 20) return { x, y, text: String(point) };
+                    }
+            });
+            await page.mouse.dblclick(point.x, point.y);
+            await page.waitForFunction((text) => String(viewer.getCameraTarget()) === text, point.text);
+            await atRest(page);
+            const [seen, eye] = await page.evaluate(async () => {
+                const seen = await viewer.positionFromPoint(160, 120);
+                return [[seen.x, seen.y, seen.z], viewer.info.voxelSize];
+            });
+            const wanted = point.text.split(" ").map(Number);
+            assert.ok(Math.hypot(...seen.map((x, i) => x - wanted[i])) < 8 * eye);
+        }));
     test("two fingers pinch, one finger turns sideways and scrolls the page up and down", () =>
         withPage(`<div style="height: 3000px">${VIEWER}`, { hasTouch: true, isMobile: true }, async (page) => {
             const client = await page.context().newCDPSession(page);
-            const touch = (type, ...points) => client.send("Input.dispatchTouchEvent",
-                { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+            const touch = (type, ...points) =>
+                client.send("Input.dispatchTouchEvent", {
+                    type,
+                    touchPoints: points.map(([x, y], id) => ({ x, y, id })),
+                });
             const before = await orbit(page);
             await touch("touchStart", [140, 120], [180, 120]);
             for (let d = 20; d <= 60; d += 10) await touch("touchMove", [160 - d, 120], [160 + d, 120]);
@@ -167,66 +205,87 @@ describe("input", () => {
 });
 
 describe("the page", () => {
-    test("hears load once and progress up to 1", () => withPage(VIEWER, {}, async (page) => {
-        await page.waitForFunction(() => heard.some((event) => event.totalProgress === 1));
-        const loads = await heard(page, "load");
-        assert.deepEqual(loads.map((event) => event.url), [`${tests.server.url}/${MODEL}`]);
-        const progress = (await heard(page, "progress")).map((event) => event.totalProgress);
-        assert.deepEqual(progress, [...progress].sort());
-        assert.equal(progress.filter((part) => part === 1).length, 1);
-        assert.deepEqual(await heard(page, "error"), []);
-    }));
-    test("attributes decide the view, and may change", () => withPage(
-        VIEWER.replace("controls", 'camera-orbit="90deg 60deg 200%" field-of-view="20deg" camera-target="0 auto 0"'), {},
-        async (page) => {
-            const first = await orbit(page);
-            assert.ok(Math.abs(first.theta - Math.PI / 2) < 1e-9 && Math.abs(first.phi - Math.PI / 3) < 1e-9);
-            assert.ok(Math.abs(await page.evaluate(() => viewer.getFieldOfView()) - 20) < 1e-9);
-            const one = await pictureOf(page);
-            await page.evaluate(() => viewer.setAttribute("camera-orbit", "auto auto auto"));
-            await atRest(page);
-            assert.equal((await orbit(page)).theta, 0);
-            await page.evaluate(() => viewer.setCamera({ orbit: "90deg 60deg 200%" }, { smooth: false }));
-            await atRest(page);
-            sameBytes(await pictureOf(page), one);
+    test("hears load once and progress up to 1", () =>
+        withPage(VIEWER, {}, async (page) => {
+            await page.waitForFunction(() => heard.some((event) => event.totalProgress === 1));
+            const loads = await heard(page, "load");
+            assert.deepEqual(
+                loads.map((event) => event.url),
+                [`${tests.server.url}/${MODEL}`],
+            );
+            const progress = (await heard(page, "progress")).map((event) => event.totalProgress);
+            assert.deepEqual(progress, [...progress].sort());
+            assert.equal(progress.filter((part) => part === 1).length, 1);
+            assert.deepEqual(await heard(page, "error"), []);
         }));
+    test("attributes decide the view, and may change", () =>
+        withPage(
+            VIEWER.replace(
+                "controls",
+                'camera-orbit="90deg 60deg 200%" field-of-view="20deg" camera-target="0 auto 0"',
+            ),
+            {},
+            async (page) => {
+                const first = await orbit(page);
+                assert.ok(Math.abs(first.theta - Math.PI / 2) < 1e-9 && Math.abs(first.phi - Math.PI / 3) < 1e-9);
+                assert.ok(Math.abs((await page.evaluate(() => viewer.getFieldOfView())) - 20) < 1e-9);
+                const one = await pictureOf(page);
+                await page.evaluate(() => viewer.setAttribute("camera-orbit", "auto auto auto"));
+                await atRest(page);
+                assert.equal((await orbit(page)).theta, 0);
+                await page.evaluate(() => viewer.setCamera({ orbit: "90deg 60deg 200%" }, { smooth: false }));
+                await atRest(page);
+                sameBytes(await pictureOf(page), one);
+            },
+        ));
     test("a wrong attribute is told and ignored", async () => {
         const page = await tests.open(VIEWER.replace("controls", 'camera-orbit="30 auto auto"'));
         assert.match(page.faults.join(), /"30" is no angle: write 30deg/);
         assert.equal((await orbit(page)).theta, 0);
         await page.close();
     });
-    test("hotspots stay at their point and hide behind the model", () => withPage(VIEWER, {}, async (page) => {
-        // A point of the surface, and one behind the model as far away as the model is large.
-        await page.evaluate(async () => {
-            let point;
-            for (let y = 120; !point; y += 4) point = await viewer.positionFromPoint(160, y);
-            const back = viewer.info.voxelSize * 2 ** viewer.info.depth;
-            viewer.innerHTML = `<button slot="hotspot-front" data-position="${point}" id="front">front</button>
+    test("hotspots stay at their point and hide behind the model", () =>
+        withPage(VIEWER, {}, async (page) => {
+            // A point of the surface, and one behind the model as far away as the model is large.
+            await page.evaluate(async () => {
+                let point;
+                for (let y = 120; !point; y += 4) point = await viewer.positionFromPoint(160, y);
+                const back = viewer.info.voxelSize * 2 ** viewer.info.depth;
+                viewer.innerHTML = `<button slot="hotspot-front" data-position="${point}" id="front">front</button>
                 <button slot="hotspot-back" data-position="${point.x} ${point.y} ${point.z - back}" id="back">back</button>
                 <button slot="hotspot-wrong" data-position="1 2" id="wrong">wrong</button>`;
-        });
-        await page.waitForFunction(() => front.hasAttribute("data-visible"));
-        const middle = await page.evaluate(() => {
-            const { left, right } = front.getBoundingClientRect();
-            return (left + right) / 2;
-        });
-        assert.ok(Math.abs(middle - 160) <= 1.5);
-        assert.equal(await page.evaluate(() => back.hasAttribute("data-visible")), false);
-        await page.evaluate(() => {
-            front.addEventListener("hotspot-visibility", (event) => { window.told = event.detail.visible; });
-            viewer.setCamera({ orbit: "180deg 90deg 100%" });
-        });
-        await page.waitForFunction(() => !front.hasAttribute("data-visible") && window.told === false);
-        assert.match(page.faults.splice(0).join(), /hotspot-wrong.*three/);
-    }));
-    test("a snapshot is a PNG or JPEG of the picture", () => withPage(VIEWER, {}, async (page) => {
-        const heads = await page.evaluate(async () => Promise.all(["image/png", "image/jpeg"].map(async (mimeType) => {
-            const blob = await viewer.toBlob({ mimeType, qualityArgument: 0.8 });
-            return [blob.type, ...new Uint8Array(await blob.slice(0, 3).arrayBuffer())];
-        })));
-        assert.deepEqual(heads, [["image/png", 0x89, 0x50, 0x4e], ["image/jpeg", 0xff, 0xd8, 0xff]]);
-    }));
+            });
+            await page.waitForFunction(() => front.hasAttribute("data-visible"));
+            const middle = await page.evaluate(() => {
+                const { left, right } = front.getBoundingClientRect();
+                return (left + right) / 2;
+            });
+            assert.ok(Math.abs(middle - 160) <= 1.5);
+            assert.equal(await page.evaluate(() => back.hasAttribute("data-visible")), false);
+            await page.evaluate(() => {
+                front.addEventListener("hotspot-visibility", (event) => {
+                    window.told = event.detail.visible;
+                });
+                viewer.setCamera({ orbit: "180deg 90deg 100%" });
+            });
+            await page.waitForFunction(() => !front.hasAttribute("data-visible") && window.told === false);
+            assert.match(page.faults.splice(0).join(), /hotspot-wrong.*three/);
+        }));
+    test("a snapshot is a PNG or JPEG of the picture", () =>
+        withPage(VIEWER, {}, async (page) => {
+            const heads = await page.evaluate(async () =>
+                Promise.all(
+                    ["image/png", "image/jpeg"].map(async (mimeType) => {
+                        const blob = await viewer.toBlob({ mimeType, qualityArgument: 0.8 });
+                        return [blob.type, ...new Uint8Array(await blob.slice(0, 3).arrayBuffer())];
+                    }),
+                ),
+            );
+            assert.deepEqual(heads, [
+                ["image/png", 0x89, 0x50, 0x4e],
+                ["image/jpeg", 0xff, 0xd8, 0xff],
+            ]);
+        }));
     test("two viewers have a worker each, and an element that goes takes its worker along", () =>
         withPage(VIEWER + '</pbm-viewer><pbm-viewer id="other" src="many-chunks.pbvg">', {}, async (page) => {
             await atRest(page, "other");
@@ -238,99 +297,156 @@ describe("the page", () => {
             for (let i = 0; page.workers().length > 1 && i < 50; ++i) await page.waitForTimeout(20);
             assert.equal(page.workers().length, 1);
         }));
-    test("a hidden page is not drawn, and drawn once it is shown", () => withPage(VIEWER.replace(MODEL, "scan-plain.pbvg"), {}, async (page) => {
-        const hide = (hidden) => page.evaluate((hidden) => {
-            Object.defineProperty(document, "hidden", { value: hidden, configurable: true });
-            document.dispatchEvent(new Event("visibilitychange"));
-        }, hidden);
-        const corner = async () => (await pictureOf(page, await page.screenshot())).pixels.subarray(0, 3).join();
-        await hide(true);
-        await page.evaluate(() => viewer.setAttribute("background", "rgb(1, 200, 3)"));
-        await page.waitForTimeout(400);
-        assert.equal(await corner(), "51,51,51");
-        await hide(false);
-        await page.waitForTimeout(100);
-        await atRest(page);
-        assert.equal(await corner(), "1,200,3");
-    }));
-    test("a lazy viewer loads when the page comes near it, an eager one at once", () => withPage(
-        `<div style="height: 3000px"></div>${VIEWER}</pbm-viewer>
-         <pbm-viewer id="eager" loading="eager" src="many-chunks.pbvg">`, { wait: false }, async (page) => {
-            await atRest(page, "eager");
-            assert.equal(await page.evaluate(() => viewer.loaded), false);
-            assert.equal(page.workers().length, 1);
-            await page.evaluate(() => viewer.scrollIntoView());
+    test("a hidden page is not drawn, and drawn once it is shown", () =>
+        withPage(VIEWER.replace(MODEL, "scan-plain.pbvg"), {}, async (page) => {
+            const hide = (hidden) =>
+                page.evaluate((hidden) => {
+                    Object.defineProperty(document, "hidden", { value: hidden, configurable: true });
+                    document.dispatchEvent(new Event("visibilitychange"));
+                }, hidden);
+            const corner = async () => (await pictureOf(page, await page.screenshot())).pixels.subarray(0, 3).join();
+            await hide(true);
+            await page.evaluate(() => viewer.setAttribute("background", "rgb(1, 200, 3)"));
+            await page.waitForTimeout(400);
+            assert.equal(await corner(), "51,51,51");
+            await hide(false);
+            await page.waitForTimeout(100);
             await atRest(page);
+            assert.equal(await corner(), "1,200,3");
         }));
+    test("a lazy viewer loads when the page comes near it, an eager one at once", () =>
+        withPage(
+            `<div style="height: 3000px"></div>${VIEWER}</pbm-viewer>
+         <pbm-viewer id="eager" loading="eager" src="many-chunks.pbvg">`,
+            { wait: false },
+            async (page) => {
+                await atRest(page, "eager");
+                assert.equal(await page.evaluate(() => viewer.loaded), false);
+                assert.equal(page.workers().length, 1);
+                await page.evaluate(() => viewer.scrollIntoView());
+                await atRest(page);
+            },
+        ));
     test("a poster is shown until the model is, or until it is dismissed", async () => {
-        const poster = "data:image/svg+xml,<svg xmlns='http://www.w3.org/2000/svg' width='9' height='9'><rect width='9' height='9' fill='lime'/></svg>";
-        const opacity = (page) => page.evaluate(() => getComputedStyle(viewer.shadowRoot.getElementById("poster")).opacity);
+        const poster =
+            "data:image/svg+xml,<svg xmlns='http://www.w3.org/2000/svg' width='9' height='9'><rect width='9' height='9' fill='lime'/></svg>";
+        const opacity = (page) =>
+            page.evaluate(() => getComputedStyle(viewer.shadowRoot.getElementById("poster")).opacity);
         const body = VIEWER.replace("controls", `poster="${poster}"`);
         await withPage(body.replace(MODEL, `${MODEL}?delay=1500`), { wait: false }, async (page) => {
             await page.waitForFunction(() => viewer.shadowRoot?.querySelector("#poster img")?.complete);
             assert.equal(await opacity(page), "1");
             await atRest(page);
-            await page.waitForFunction(() => getComputedStyle(viewer.shadowRoot.getElementById("poster")).opacity === "0");
+            await page.waitForFunction(
+                () => getComputedStyle(viewer.shadowRoot.getElementById("poster")).opacity === "0",
+            );
         });
         await withPage(body.replace("poster=", 'reveal="manual" poster='), {}, async (page) => {
             assert.equal(await opacity(page), "1");
             await page.evaluate(() => viewer.dismissPoster());
-            await page.waitForFunction(() => getComputedStyle(viewer.shadowRoot.getElementById("poster")).opacity === "0");
+            await page.waitForFunction(
+                () => getComputedStyle(viewer.shadowRoot.getElementById("poster")).opacity === "0",
+            );
         });
     });
-    test("a file that is dropped is shown", () => withPage('<pbm-viewer id="viewer" controls background="#333" quality="fast">',
-        { wait: false }, async (page) => {
-            await page.evaluate(async (name) => {
-                const transfer = new DataTransfer();
-                transfer.items.add(new File([await (await fetch(name)).blob()], name));
-                await customElements.whenDefined("pbm-viewer");
-                viewer.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
-            }, MODEL);
-            await atRest(page);
-            const dropped = await pictureOf(page);
-            await page.evaluate((name) => viewer.setAttribute("src", name), MODEL);
-            await atRest(page);
-            sameBytes(await pictureOf(page), dropped);
-        }));
+    test("a file that is dropped is shown", () =>
+        withPage(
+            '<pbm-viewer id="viewer" controls background="#333" quality="fast">',
+            { wait: false },
+            async (page) => {
+                await page.evaluate(async (name) => {
+                    const transfer = new DataTransfer();
+                    transfer.items.add(new File([await (await fetch(name)).blob()], name));
+                    await customElements.whenDefined("pbm-viewer");
+                    viewer.dispatchEvent(
+                        new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }),
+                    );
+                }, MODEL);
+                await atRest(page);
+                const dropped = await pictureOf(page);
+                await page.evaluate((name) => viewer.setAttribute("src", name), MODEL);
+                await atRest(page);
+                sameBytes(await pictureOf(page), dropped);
+            },
+        ));
     test("whom the model is owed to is written on it", async () => {
         const credited = join(tests.scratch, "credited.pbvg");
-        execFileSync(join(programs, "pbm-sample"), ["--shape", "statue", "--points", "20000", "--normals", "-o", `${credited}.ply`, "-q"]);
-        execFileSync(join(programs, "pbm-build"), [`${credited}.ply`, "-o", credited, "--depth", "7", "-q", "--name", "<b>Statue</b>",
-            "--credit", "A. Sculptor <https://example.org/a?b=1&c=2>", "--licence", "CC0 javascript:alert(1)"]);
+        execFileSync(join(programs, "pbm-sample"), [
+            "--shape",
+            "statue",
+            "--points",
+            "20000",
+            "--normals",
+            "-o",
+            `${credited}.ply`,
+            "-q",
+        ]);
+        execFileSync(join(programs, "pbm-build"), [
+            `${credited}.ply`,
+            "-o",
+            credited,
+            "--depth",
+            "7",
+            "-q",
+            "--name",
+            "<b>Statue</b>",
+            "--credit",
+            "A. Sculptor <https://example.org/a?b=1&c=2>",
+            "--licence",
+            "CC0 javascript:alert(1)",
+        ]);
         await withPage('<pbm-viewer id="viewer" src="credited.pbvg">', {}, async (page) => {
             const credit = page.locator("#credit");
             assert.match(await credit.innerText(), /<b>Statue<\/b>[^]*A\. Sculptor[^]*CC0 javascript:alert\(1\)/);
-            assert.deepEqual(await credit.locator("a").evaluateAll((links) => links.map((link) => link.href)),
-                ["https://example.org/a?b=1&c=2"]);
+            assert.deepEqual(await credit.locator("a").evaluateAll((links) => links.map((link) => link.href)), [
+                "https://example.org/a?b=1&c=2",
+            ]);
         });
     });
     test("auto-rotate turns the view, unless motion is to be reduced", async () => {
         const body = VIEWER.replace("controls", "auto-rotate");
         await withPage(body, { wait: false }, async (page) => {
-            await page.waitForFunction(() => viewer.loaded && viewer.getCameraOrbit().theta > 0.01, null, { timeout: 20000 });
-            assert.deepEqual(await page.evaluate(() => heard.filter((event) => event.source === "user-interaction")), []);
+            await page.waitForFunction(() => viewer.loaded && viewer.getCameraOrbit().theta > 0.01, null, {
+                timeout: 20000,
+            });
+            assert.deepEqual(
+                await page.evaluate(() => heard.filter((event) => event.source === "user-interaction")),
+                [],
+            );
         });
         await withPage(body, { reducedMotion: "reduce" }, async (page) => {
             await page.waitForTimeout(3500);
             assert.equal((await orbit(page)).theta, 0);
         });
     });
-    test("full screen", () => withPage(VIEWER, {}, async (page) => {
-        await page.getByRole("button", { name: "Full screen" }).click();
-        await page.waitForFunction(() => document.fullscreenElement === viewer && viewer.clientWidth > 320);
-        await atRest(page);
-        assert.equal((await pictureOf(page)).width, await page.evaluate(() => viewer.clientWidth));
-    }));
-    test("browsers whose workers cannot draw show the same", () => withPage(VIEWER, {}, async (page) => {
-        const expected = await pictureOf(page);
-        await withPage(VIEWER, { head: "<script>delete HTMLCanvasElement.prototype.transferControlToOffscreen</script>" },
-            async (other) => sameBytes(await pictureOf(other), expected));
-    }));
-    test("a strict Content-Security-Policy is kept", () => withPage(VIEWER, { head: `<meta http-equiv="Content-Security-Policy"
+    test("full screen", () =>
+        withPage(VIEWER, {}, async (page) => {
+            await page.getByRole("button", { name: "Full screen" }).click();
+            await page.waitForFunction(() => document.fullscreenElement === viewer && viewer.clientWidth > 320);
+            await atRest(page);
+            assert.equal((await pictureOf(page)).width, await page.evaluate(() => viewer.clientWidth));
+        }));
+    test("browsers whose workers cannot draw show the same", () =>
+        withPage(VIEWER, {}, async (page) => {
+            const expected = await pictureOf(page);
+            await withPage(
+                VIEWER,
+                { head: "<script>delete HTMLCanvasElement.prototype.transferControlToOffscreen</script>" },
+                async (other) => sameBytes(await pictureOf(other), expected),
+            );
+        }));
+    test("a strict Content-Security-Policy is kept", () =>
+        withPage(
+            VIEWER,
+            {
+                head: `<meta http-equiv="Content-Security-Policy"
         content="default-src 'none'; script-src 'self' 'nonce-page' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self';
-        style-src 'nonce-page'">` }, async (page) => {
-        assert.equal(await page.locator("#input").evaluate((input) => getComputedStyle(input).cursor), "grab");
-    }));
+        style-src 'nonce-page'">`,
+            },
+            async (page) => {
+                assert.equal(await page.locator("#input").evaluate((input) => getComputedStyle(input).cursor), "grab");
+            },
+        ));
     test("a page that is isolated draws with threads, and the same picture", async () => {
         await withPage(VIEWER, {}, async (page) => {
             const expected = await pictureOf(page);

@@ -19,8 +19,15 @@ import { readFileSync, statSync } from "node:fs";
 import { extname, join, normalize } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 
-const TYPES = { ".html": "text/html", ".js": "text/javascript", ".mjs": "text/javascript", ".wasm": "application/wasm",
-    ".css": "text/css", ".png": "image/png", ".pbvg": "model/vnd.pbm.pbvg" };
+const TYPES = {
+    ".html": "text/html",
+    ".js": "text/javascript",
+    ".mjs": "text/javascript",
+    ".wasm": "application/wasm",
+    ".css": "text/css",
+    ".png": "image/png",
+    ".pbvg": "model/vnd.pbm.pbvg",
+};
 
 // `isolated`: with the headers that allow threads. The result has `url`, `log` ([{path, range, status, sent}]), `down`
 // (true: every connection is broken) and close().
@@ -47,11 +54,20 @@ export async function startServer(folders, { isolated = false } = {}) {
         }
         if (searchParams.has("cut")) bytes = bytes.subarray(0, +searchParams.get("cut"));
         const answer = answerOf(bytes, request.headers.range, searchParams.get("mode") ?? "ranges");
-        const headers = { "Content-Type": TYPES[extname(file)] ?? "application/octet-stream", "Cache-Control": "no-store",
-            "Access-Control-Allow-Origin": "*", ETag: `"${searchParams.get("mode") === "changing" ? server.log.length : 1}"`, ...answer.headers };
+        const headers = {
+            "Content-Type": TYPES[extname(file)] ?? "application/octet-stream",
+            "Cache-Control": "no-store",
+            "Access-Control-Allow-Origin": "*",
+            ETag: `"${searchParams.get("mode") === "changing" ? server.log.length : 1}"`,
+            ...answer.headers,
+        };
         if (searchParams.get("hidden")) for (const name of ["Content-Range", "ETag"]) delete headers[name];
-        if (server.isolated) Object.assign(headers, { "Cross-Origin-Opener-Policy": "same-origin",
-            "Cross-Origin-Embedder-Policy": "require-corp", "Cross-Origin-Resource-Policy": "same-origin" });
+        if (server.isolated)
+            Object.assign(headers, {
+                "Cross-Origin-Opener-Policy": "same-origin",
+                "Cross-Origin-Embedder-Policy": "require-corp",
+                "Cross-Origin-Resource-Policy": "same-origin",
+            });
         const drop = searchParams.has("drop") && !dropped.has(pathname + search) ? +searchParams.get("drop") : null;
         if (drop !== null) dropped.add(pathname + search);
         await finish(response, entry, answer.status, headers, answer.body, { drop, rate: +searchParams.get("rate") });
@@ -68,7 +84,7 @@ export async function startServer(folders, { isolated = false } = {}) {
                 await sleep(20);
                 return response.destroy();
             }
-            if (rate) await sleep(part.length / rate * 1000);
+            if (rate) await sleep((part.length / rate) * 1000);
         }
         response.end();
     }

@@ -25,7 +25,10 @@ describe("store", () => {
         const store = new ByteStore();
         store.put(10, bytes(10, 20));
         assert.equal(store.read(5, 30), null);
-        assert.deepEqual(store.takeLacking(), [[5, 10], [20, 35]]);
+        assert.deepEqual(store.takeLacking(), [
+            [5, 10],
+            [20, 35],
+        ]);
         assert.deepEqual(store.takeLacking(), []);
         store.put(0, new Uint8Array(40));
         assert.deepEqual(store.read(10, 10), bytes(10, 20));
@@ -47,10 +50,16 @@ describe("store", () => {
             } else {
                 assert.equal(store.read(from, to - from), null);
                 const lacking = store.takeLacking();
-                assert.equal(lacking.reduce((sum, [a, b]) => sum + b - a, 0), here.subarray(from, to).filter((x) => !x).length);
+                assert.equal(
+                    lacking.reduce((sum, [a, b]) => sum + b - a, 0),
+                    here.subarray(from, to).filter((x) => !x).length,
+                );
             }
         }
-        assert.equal(store.held, here.reduce((sum, x) => sum + x, 0));
+        assert.equal(
+            store.held,
+            here.reduce((sum, x) => sum + x, 0),
+        );
     });
     test("over the budget, what was used longest ago is freed", () => {
         const store = new ByteStore(25);
@@ -70,16 +79,68 @@ describe("store", () => {
 
 describe("plans", () => {
     test("near ranges become one request, far ones do not", () => {
-        assert.deepEqual(joined([[100000, 100010], [0, 10], [20, 30], [5, 15]]), [[0, 30], [100000, 100010]]);
-        assert.deepEqual(joined([[0, 10], [10, 20], [21, 30]], 1), [[0, 20], [21, 30]]);
+        assert.deepEqual(
+            joined([
+                [100000, 100010],
+                [0, 10],
+                [20, 30],
+                [5, 15],
+            ]),
+            [
+                [0, 30],
+                [100000, 100010],
+            ],
+        );
+        assert.deepEqual(
+            joined(
+                [
+                    [0, 10],
+                    [10, 20],
+                    [21, 30],
+                ],
+                1,
+            ),
+            [
+                [0, 20],
+                [21, 30],
+            ],
+        );
     });
     test("ranges less others", () => {
-        assert.deepEqual(without([[0, 100]], [[10, 20], [90, 200]]), [[0, 10], [20, 90]]);
-        assert.deepEqual(without([[0, 10], [20, 30]], [[5, 25]]), [[0, 5], [25, 30]]);
+        assert.deepEqual(
+            without(
+                [[0, 100]],
+                [
+                    [10, 20],
+                    [90, 200],
+                ],
+            ),
+            [
+                [0, 10],
+                [20, 90],
+            ],
+        );
+        assert.deepEqual(
+            without(
+                [
+                    [0, 10],
+                    [20, 30],
+                ],
+                [[5, 25]],
+            ),
+            [
+                [0, 5],
+                [25, 30],
+            ],
+        );
         assert.deepEqual(without([[5, 10]], [[0, 20]]), []);
     });
     test("the most urgent range is requested first", () => {
-        const wanted = [[900000, 900100], [0, 100], [500000, 500100]];
+        const wanted = [
+            [900000, 900100],
+            [0, 100],
+            [500000, 500100],
+        ];
         assert.deepEqual(plan(wanted, []).requests, wanted);
     });
     test("bytes that are on their way are not requested again, and requests that nobody wants are cancelled", () => {
@@ -116,12 +177,13 @@ describe("sources", () => {
         const heard = { failures: [], waits: [] };
         return new Promise((resolve) => {
             let over = false;
-            const look = () => queueMicrotask(() => {
-                if (over || !goOn(source, store, heard)) return;
-                over = true;
-                source.close();
-                resolve({ source, store, ...heard });
-            });
+            const look = () =>
+                queueMicrotask(() => {
+                    if (over || !goOn(source, store, heard)) return;
+                    over = true;
+                    source.close();
+                    resolve({ source, store, ...heard });
+                });
             const source = open(typeof path === "string" ? server.url + path : path, store, {
                 arrived: look,
                 failed: (error) => {
@@ -150,11 +212,17 @@ describe("sources", () => {
         const result = await follow("/file", wantAll);
         assertWhole(result);
         assert.equal(result.source.size, SIZE);
-        assert.deepEqual(server.log.map((entry) => entry.range), [`bytes=0-${FIRST_BYTES - 1}`, `bytes=${FIRST_BYTES}-${SIZE - 1}`]);
+        assert.deepEqual(
+            server.log.map((entry) => entry.range),
+            [`bytes=0-${FIRST_BYTES - 1}`, `bytes=${FIRST_BYTES}-${SIZE - 1}`],
+        );
         assert.equal(sent(), SIZE);
     });
     test("ranges: a small file is one request", async () => {
-        const { store, source } = await follow("/small", (source) => source.size !== null && source.figures.bytes === 1000);
+        const { store, source } = await follow(
+            "/small",
+            (source) => source.size !== null && source.figures.bytes === 1000,
+        );
         assert.deepEqual(store.read(0, 1000), FILE.subarray(0, 1000));
         assert.equal(source.figures.requests, 1);
     });
@@ -166,12 +234,15 @@ describe("sources", () => {
     test("a view that moved on cancels its requests", async () => {
         let step = 0;
         const { store } = await follow("/file?rate=400000", (source, store) => {
-            if (step === 0 && store.held >= FIRST_BYTES) source.want([[100000, SIZE]]), ++step;
-            else if (step === 1 && store.held > FIRST_BYTES) source.want([[70000, 80000]]), ++step;
+            if (step === 0 && store.held >= FIRST_BYTES) (source.want([[100000, SIZE]]), ++step);
+            else if (step === 1 && store.held > FIRST_BYTES) (source.want([[70000, 80000]]), ++step);
             return step === 2 && store.missing(70000, 80000).length === 0;
         });
         assert.ok(store.held < SIZE / 2);
-        assert.deepEqual(server.log.map((entry) => entry.range?.split("=")[1]), ["0-65535", "100000-299999", "70000-79999"]);
+        assert.deepEqual(
+            server.log.map((entry) => entry.range?.split("=")[1]),
+            ["0-65535", "100000-299999", "70000-79999"],
+        );
     });
     test("without ranges the answer to the first request is read to its end", async () => {
         const result = await follow("/file?mode=plain", (source) => source.size !== null);
@@ -179,17 +250,25 @@ describe("sources", () => {
         assert.equal(server.log.length, 1);
     });
     test("without ranges, memory ends the download", async () => {
-        const { failures, store } = await follow("/file?mode=plain", (source, store, { failures }) => failures.length > 0,
-            { budget: 150000 });
+        const { failures, store } = await follow(
+            "/file?mode=plain",
+            (source, store, { failures }) => failures.length > 0,
+            { budget: 150000 },
+        );
         assert.equal(failures[0].name, "limit.memory");
         assert.ok(store.held > 0 && store.held <= 150000);
     });
     for (const mode of ["longer", "elsewhere"]) {
         test(`a server that lies about ranges (${mode}) is read once as a whole`, async (t) => {
             const warn = t.mock.method(console, "warn", () => {});
-            assertWhole(await follow(`/file?mode=${mode}`, (source, store) => store.held === SIZE && source.size !== null));
+            assertWhole(
+                await follow(`/file?mode=${mode}`, (source, store) => store.held === SIZE && source.size !== null),
+            );
             assert.match(warn.mock.calls[0].arguments[0], /breaks the rules of range requests/);
-            assert.deepEqual(server.log.map((entry) => entry.status), [206, 200]);
+            assert.deepEqual(
+                server.log.map((entry) => entry.status),
+                [206, 200],
+            );
         });
     }
     test("answers that are shorter than the range are continued", async () => {

@@ -30,7 +30,10 @@ describe("orbit", () => {
         near(at(0, Math.PI / 2).up, [0, 1, 0]);
     });
     test("a Z-up model is seen from -Y", () => {
-        const camera = orbits.cameraOf({ ...ORBIT, theta: 0, phi: Math.PI / 2, target: [0, 0, 0] }, orbits.stage(infoOf("+z")));
+        const camera = orbits.cameraOf(
+            { ...ORBIT, theta: 0, phi: Math.PI / 2, target: [0, 0, 0] },
+            orbits.stage(infoOf("+z")),
+        );
         near(camera.position, [0, -5, 0]);
     });
     test("a drag to the right moves what is in the plane of the target by as many pixels", () => {
@@ -77,7 +80,12 @@ describe("attributes", () => {
         const { radius, viewAngle } = orbits.orbitFrom(framed, stage, null, null, "10deg");
         near([viewAngle, radius * Math.sin(viewAngle / 2)], [Math.PI / 18, 10 * Math.sin(0.25)]);
     });
-    for (const [orbit, target] of [["30 auto auto", null], ["auto auto", null], ["auto auto 3px", null], [null, "1 2"]]) {
+    for (const [orbit, target] of [
+        ["30 auto auto", null],
+        ["auto auto", null],
+        ["auto auto 3px", null],
+        [null, "1 2"],
+    ]) {
         test(`${orbit ?? target} is refused with advice`, () => {
             assert.throws(() => orbits.orbitFrom(framed, stage, orbit, target, null), /write/);
         });
@@ -120,25 +128,34 @@ describe("motion", () => {
         assert.equal(motion.orbit.radius, 5);
     });
     test("descriptions", () => {
-        const of = (theta, phi) => orbits.describe({ theta: theta * Math.PI / 180, phi: phi * Math.PI / 180 });
-        assert.deepEqual([of(0, 90), of(50, 45), of(-90, 120), of(180, 90), of(720, 5), of(3, 178)],
-            ["front", "upper front right", "lower left", "back", "top", "bottom"]);
+        const of = (theta, phi) => orbits.describe({ theta: (theta * Math.PI) / 180, phi: (phi * Math.PI) / 180 });
+        assert.deepEqual(
+            [of(0, 90), of(50, 45), of(-90, 120), of(180, 90), of(720, 5), of(3, 178)],
+            ["front", "upper front right", "lower left", "back", "top", "bottom"],
+        );
     });
 });
 
 describe("credits", () => {
     test("name, credit and licence are shown, and nothing else", () => {
-        assert.deepEqual(creditsOf('{"generator":"x","name":"Lucy","credit":" A\\u0000\\u202eB ","licence":"","options":{}}'),
-            ["Lucy", "A B"]);
+        assert.deepEqual(
+            creditsOf('{"generator":"x","name":"Lucy","credit":" A\\u0000\\u202eB ","licence":"","options":{}}'),
+            ["Lucy", "A B"],
+        );
         assert.deepEqual(creditsOf('{"name":7}'), []);
         assert.deepEqual(creditsOf("{"), []);
         assert.deepEqual(creditsOf("null"), []);
     });
     test("links lead to http and https alone", () => {
-        assert.deepEqual(linked("Smith <https://example.org/a>, 2020"),
-            [{ text: "Smith", href: "https://example.org/a" }, { text: ", 2020" }]);
-        assert.deepEqual(linked("CC-BY-4.0 https://creativecommons.org/licenses/by/4.0/."), [{ text: "CC-BY-4.0" },
-            { text: "creativecommons.org", href: "https://creativecommons.org/licenses/by/4.0/" }, { text: "." }]);
+        assert.deepEqual(linked("Smith <https://example.org/a>, 2020"), [
+            { text: "Smith", href: "https://example.org/a" },
+            { text: ", 2020" },
+        ]);
+        assert.deepEqual(linked("CC-BY-4.0 https://creativecommons.org/licenses/by/4.0/."), [
+            { text: "CC-BY-4.0" },
+            { text: "creativecommons.org", href: "https://creativecommons.org/licenses/by/4.0/" },
+            { text: "." },
+        ]);
         const text = "javascript:alert(1) <javascript:alert(1)> <script>x</script>";
         assert.deepEqual(linked(text), [{ text }]);
     });

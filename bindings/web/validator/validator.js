@@ -4,8 +4,15 @@ const MOST_FINDINGS = 1000;
 const LARGEST = 1.5e9; // bytes of a file: it is examined in memory
 const SEVERITIES = ["info", "warning", "error"];
 const byId = (id) => document.getElementById(id);
-const [drop, file, state, result, verdict, counts, findings] =
-    ["drop", "file", "state", "result", "verdict", "counts", "findings"].map(byId);
+const [drop, file, state, result, verdict, counts, findings] = [
+    "drop",
+    "file",
+    "state",
+    "result",
+    "verdict",
+    "counts",
+    "findings",
+].map(byId);
 const number = (value) => Number(value).toLocaleString("en");
 
 let worker = null;
@@ -14,7 +21,7 @@ function examine(chosen) {
     worker?.terminate();
     result.hidden = true;
     if (chosen.size > LARGEST) {
-        state.textContent = `${chosen.name} has ${number(chosen.size)} bytes, more than this page can examine: run pbm-validate.`;
+        state.textContent = `${chosen.name} has more bytes than this page can examine: run pbm-validate.`;
         return;
     }
     state.textContent = `${chosen.name} is being examined.`;
@@ -38,10 +45,12 @@ function show(chosen, { report, message }) {
     const valid = report.verdict === 0;
     verdict.textContent = `${chosen.name} is ${valid ? "valid" : "not valid"}`;
     verdict.className = valid ? "valid" : "invalid";
-    counts.textContent = `${number(chosen.size)} bytes, ${number(report.points)} points verified; `
-        + `${number(report.errors)} errors, ${number(report.warnings)} warnings, ${number(report.infos)} notes`
-        + (report.findings.length < report.errors + report.warnings + report.infos
-            ? `; the first ${number(report.findings.length)} are listed` : "");
+    counts.textContent =
+        `${number(chosen.size)} bytes, ${number(report.points)} points verified; ` +
+        `${number(report.errors)} errors, ${number(report.warnings)} warnings, ${number(report.infos)} notes` +
+        (report.findings.length < report.errors + report.warnings + report.infos
+            ? `; the first ${number(report.findings.length)} are listed`
+            : "");
     findings.hidden = report.findings.length === 0;
     findings.tBodies[0].replaceChildren(...report.findings.map(row));
 }
@@ -50,7 +59,10 @@ function row({ severity, name, rule, offset, section, message, remedy }) {
     const level = typeof severity === "number" ? SEVERITIES[severity] : severity;
     const line = document.createElement("tr");
     line.className = level;
-    const link = Object.assign(document.createElement("a"), { href: `validator-codes.html#${name}`, textContent: name });
+    const link = Object.assign(document.createElement("a"), {
+        href: `validator-codes.html#${name}`,
+        textContent: name,
+    });
     for (const content of [level, link, rule, offset === null ? "" : number(offset), section, message, remedy])
         line.insertCell().append(content);
     return line;

@@ -4,7 +4,9 @@ import { loadValidator } from "./pbm.js";
 self.onmessage = async ({ data: { file, ...options } }) => {
     try {
         const [validator, bytes] = await Promise.all([
-            loadValidator({ base: new URL("./", import.meta.url) }), file.arrayBuffer()]);
+            loadValidator({ base: new URL("./", import.meta.url) }),
+            file.arrayBuffer(),
+        ]);
         self.postMessage({ report: validator.validate(new Uint8Array(bytes), options) });
     } catch (error) {
         self.postMessage({ message: error.message });

@@ -13,7 +13,8 @@
 // `listener` hears of what happens:
 //   arrived()                   there are new bytes, or the size is known
 //   failed(error)               a SourceError; no further bytes will come
-//   waiting(error | null, times)  the network failed this many times in a row, and the source tries again; or it is back
+//   waiting(error, times)       the network failed this many times in a row, and the source tries again; null: it is
+//                               back
 import { plan } from "./ranges.js";
 
 // The first request: header, small sections and the coarse levels of most models.
@@ -126,7 +127,8 @@ class UrlSource {
         this.#checkStatus(response);
         this.#checkVersion(response);
         if (response.status === 206) return this.#takeRange(request, response, asked);
-        if (!this.#streamed && this.size !== null) throw new RangeLie("it answered some ranges, and then the whole file");
+        if (!this.#streamed && this.size !== null)
+            throw new RangeLie("it answered some ranges, and then the whole file");
         this.#streamed = true;
         this.#queue = [];
         request.to = Infinity;
@@ -156,7 +158,9 @@ class UrlSource {
         if (range) {
             end = Math.min(asked.to, range.size ?? asked.to);
             if (range.from !== asked.from || range.to <= range.from || range.to > end)
-                throw new RangeLie(`it sent bytes ${range.from} to ${range.to} where ${asked.from} to ${end} were asked for`);
+                throw new RangeLie(
+                    `it sent bytes ${range.from} to ${range.to} where ${asked.from} to ${end} were asked for`,
+                );
             if (this.size !== null && range.size !== null && range.size !== this.size)
                 throw new RangeLie(`it states a size of ${range.size} bytes, and stated ${this.size} before`);
             this.size ??= range.size;
@@ -184,10 +188,15 @@ class UrlSource {
             if (done) return;
             this.#recover();
             this.figures.bytes += value.length;
-            if (at + value.length > end) throw new RangeLie(`it sent more than the ${end - offset} bytes that it announced`);
+            if (at + value.length > end)
+                throw new RangeLie(`it sent more than the ${end - offset} bytes that it announced`);
             if (this.#streamed && at + value.length > this.#store.budget)
-                throw new SourceError("limit.memory", "The server answers no ranges, and the whole file needs more memory "
-                    + "than max-memory allows: finer detail is left out.", 4);
+                throw new SourceError(
+                    "limit.memory",
+                    "The server answers no ranges, and the whole file needs more memory " +
+                        "than max-memory allows: finer detail is left out.",
+                    4,
+                );
             this.#store.put(at, value);
             at += value.length;
             request.at = Math.max(request.at, at);
@@ -197,8 +206,10 @@ class UrlSource {
 
     // The server lies about ranges: one plain request instead, and none of its bytes is kept.
     #readWhole(lie) {
-        console.warn(`pbm-viewer: the server breaks the rules of range requests for ${this.#url}: ${lie.message}.`
-            + " The viewer reads the whole file instead.");
+        console.warn(
+            `pbm-viewer: the server breaks the rules of range requests for ${this.#url}: ${lie.message}.` +
+                " The viewer reads the whole file instead.",
+        );
         for (const request of this.#running) request.abort.abort();
         this.#store.clear();
         this.#streamed = true;
@@ -211,8 +222,10 @@ class UrlSource {
         if (this.#pause) return;
         const delay = Math.min(FIRST_DELAY * 2 ** this.#failures, LONGEST_DELAY);
         this.#failures += 1;
-        this.#listener.waiting(new SourceError("network",
-            `${this.#url} cannot be read (${error.message}). The viewer tries again.`), this.#failures);
+        this.#listener.waiting(
+            new SourceError("network", `${this.#url} cannot be read (${error.message}). The viewer tries again.`),
+            this.#failures,
+        );
         this.#pause = new Promise((resolve) => {
             const go = () => {
                 clearTimeout(timer);
@@ -234,8 +247,14 @@ class UrlSource {
     #fail(error) {
         if (this.#closed.signal.aborted) return;
         this.close();
-        this.#listener.failed(error instanceof SourceError ? error : new SourceError("server.ranges",
-            `The server breaks the rules of range requests for ${this.#url}: ${error.message}.`));
+        this.#listener.failed(
+            error instanceof SourceError
+                ? error
+                : new SourceError(
+                      "server.ranges",
+                      `The server breaks the rules of range requests for ${this.#url}: ${error.message}.`,
+                  ),
+        );
     }
 }
 

@@ -11,13 +11,18 @@ export function creditsOf(metadata) {
     } catch {
         return [];
     }
-    return [object?.name, object?.credit, object?.licence].filter((text) => typeof text === "string").map(plain)
+    return [object?.name, object?.credit, object?.licence]
+        .filter((text) => typeof text === "string")
+        .map(plain)
         .filter((text) => text !== "");
 }
 
 // Without control characters and marks that change the direction of text.
 function plain(text) {
-    return text.replace(/[\p{C}\p{Zl}\p{Zp}]+/gu, " ").trim().slice(0, LONGEST);
+    return text
+        .replace(/[\p{C}\p{Zl}\p{Zp}]+/gu, " ")
+        .trim()
+        .slice(0, LONGEST);
 }
 
 // Parts of a text: {text} or {text, href}. A link in angle brackets belongs to the words in front of it.
@@ -39,14 +44,16 @@ export function linked(text) {
 
 // Fills `box` with the credits.
 export function showCredits(box, metadata) {
-    box.replaceChildren(...creditsOf(metadata).map((text) => {
-        const line = document.createElement("bdi");
-        for (const part of linked(text)) {
-            const node = document.createElement(part.href ? "a" : "span");
-            node.textContent = part.text;
-            if (part.href) Object.assign(node, { href: part.href, target: "_blank", rel: "noopener noreferrer" });
-            line.append(node, " ");
-        }
-        return line;
-    }));
+    box.replaceChildren(
+        ...creditsOf(metadata).map((text) => {
+            const line = document.createElement("bdi");
+            for (const part of linked(text)) {
+                const node = document.createElement(part.href ? "a" : "span");
+                node.textContent = part.text;
+                if (part.href) Object.assign(node, { href: part.href, target: "_blank", rel: "noopener noreferrer" });
+                line.append(node, " ");
+            }
+            return line;
+        }),
+    );
 }

@@ -1,13 +1,14 @@
 // Turns pointers, wheel and keys over an element into changes of the view:
 //
-//   turn(right, down)  drag with the left button or one finger; arrow keys. Picture heights
-//   pan(right, down)   drag with the right button, with shift, or with two fingers; arrow keys with shift. Picture heights
+//   turn(right, down)  drag with the left button or one finger; arrow keys
+//   pan(right, down)   drag with the right button, with shift, or with two fingers; arrow keys with shift
 //   zoom(factor)       wheel, pinch, plus and minus: what is seen becomes this many times as large
 //   focus(x, y)        double click or double tap: client coordinates
 //   reset()            Home
 //
-// `actions` has these functions. Changes by drag and pinch are to be shown at once; others have `smooth` as their last
-// argument set to true. `isZoomed()` says whether the wheel belongs to the view or to the page.
+// `actions` has these functions. Lengths are picture heights. Changes by drag and pinch are to be shown at once; others
+// have `smooth` as their last argument set to true. `isZoomed()` says whether the wheel belongs to the view or to the
+// page.
 
 const ARROW_STEP = 0.05; // picture heights
 const KEY_ZOOM = 1.2;
@@ -70,13 +71,17 @@ export function listen(element, actions, isZoomed, signal) {
     on("pointerup", release);
     on("pointercancel", release);
     on("contextmenu", (event) => event.preventDefault());
-    on("wheel", (event) => {
-        if (!isZoomed()) return;
-        event.preventDefault();
-        const pixels = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE : 1);
-        // Pinches of a touchpad come as a wheel with Ctrl, in small steps.
-        actions.zoom(Math.exp(-Math.max(-200, Math.min(200, pixels)) * WHEEL_ZOOM * (event.ctrlKey ? 5 : 1)), true);
-    }, { passive: false });
+    on(
+        "wheel",
+        (event) => {
+            if (!isZoomed()) return;
+            event.preventDefault();
+            const pixels = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE : 1);
+            // Pinches of a touchpad come as a wheel with Ctrl, in small steps.
+            actions.zoom(Math.exp(-Math.max(-200, Math.min(200, pixels)) * WHEEL_ZOOM * (event.ctrlKey ? 5 : 1)), true);
+        },
+        { passive: false },
+    );
     on("keydown", (event) => {
         if (event.ctrlKey || event.altKey || event.metaKey) return;
         const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };

@@ -26,8 +26,12 @@ export class Hotspots {
             box.append(Object.assign(document.createElement("slot"), { name: element.slot }));
             const { position = "", normal } = element.dataset;
             try {
-                this.#all.push({ element, box, position: parsePoint(position, metre),
-                    normal: normal ? parsePoint(normal, metre) : null });
+                this.#all.push({
+                    element,
+                    box,
+                    position: parsePoint(position, metre),
+                    normal: normal ? parsePoint(normal, metre) : null,
+                });
                 this.#layer.append(box);
             } catch (error) {
                 console.error(`pbm-viewer: ${element.slot}: ${error.message}`);
@@ -35,8 +39,8 @@ export class Hotspots {
         }
     }
 
-    // Moves the children to where a picture with this camera shows their points. `visible`: for each, whether the picture
-    // does not hide it.
+    // Moves the children to where a picture with this camera shows their points. `visible`: for each, whether the
+    // picture does not hide it.
     show(camera, visible) {
         const { clientWidth: width, clientHeight: height } = this.#host;
         for (const [i, { element, box, position }] of this.#all.entries()) {

@@ -82,7 +82,11 @@ function between(from, to, part) {
 
 // Whether pictures of 1000 rows hardly differ.
 function isNear(a, b) {
-    return Math.abs(a.theta - b.theta) < 1e-3 && Math.abs(a.phi - b.phi) < 1e-3
-        && Math.abs(a.radius / b.radius - 1) < 1e-3 && Math.abs(a.viewAngle - b.viewAngle) < 1e-3
-        && Math.hypot(...a.target.map((x, i) => x - b.target[i])) < 1e-3 * b.radius;
+    return (
+        Math.abs(a.theta - b.theta) < 1e-3 &&
+        Math.abs(a.phi - b.phi) < 1e-3 &&
+        Math.abs(a.radius / b.radius - 1) < 1e-3 &&
+        Math.abs(a.viewAngle - b.viewAngle) < 1e-3 &&
+        Math.hypot(...a.target.map((x, i) => x - b.target[i])) < 1e-3 * b.radius
+    );
 }

@@ -100,7 +100,7 @@ export function project(point, camera, width, height) {
 // The point of the model at this place and depth of a picture.
 export function unproject(x, y, depth, camera, width, height) {
     const { forward, side, up } = axesOf(camera);
-    const scale = depth * Math.tan(camera.viewAngle / 2) / (height / 2);
+    const scale = (depth * Math.tan(camera.viewAngle / 2)) / (height / 2);
     const ahead = add(camera.position, forward, depth);
     return add(add(ahead, side, (x - width / 2) * scale), up, (height / 2 - y) * scale);
 }
@@ -110,7 +110,7 @@ export function isVisible(point, normal, { camera, width, height, depths }, tole
     const { x, y, depth } = project(point, camera, width, height);
     if (depth <= 0 || x < 0 || y < 0 || x >= width || y >= height) return false;
     if (normal && dot(normal, add(camera.position, point, -1)) <= 0) return false;
-    const pixel = depth * Math.tan(camera.viewAngle / 2) / (height / 2);
+    const pixel = (depth * Math.tan(camera.viewAngle / 2)) / (height / 2);
     // The farthest of the neighbours: a point at the border of the model is not hidden by a pixel in front of it.
     let farthest = 0;
     for (let row = Math.max(Math.floor(y) - 1, 0); row <= Math.min(Math.floor(y) + 1, height - 1); ++row)
@@ -125,7 +125,7 @@ function parseAngle(text) {
     if (!parts) throw new RangeError(`"${text}" is no angle: write 30deg, 0.5rad or auto`);
     if (text.trim() === "auto") return null;
     const value = parseFloat(text);
-    return parts[2] === "deg" ? value * Math.PI / 180 : value;
+    return parts[2] === "deg" ? (value * Math.PI) / 180 : value;
 }
 
 // "1.2", "1.2m", "105%" (of `framed`), "auto" -> model units or null. Throws a RangeError.
@@ -135,11 +135,11 @@ function parseLength(text, metre, framed) {
     if (text.trim() === "auto") return null;
     const value = parseFloat(text);
     if (!parts[2]) return value;
-    return parts[2] === "%" ? value / 100 * framed : value * METRES[parts[2]] * metre;
+    return parts[2] === "%" ? (value / 100) * framed : value * METRES[parts[2]] * metre;
 }
 
-// What attributes say about an orbit, over `framed`, the one that shows the whole model. Any of them may be null; if all
-// are, the result is `framed` itself.
+// What attributes say about an orbit, over `framed`, the one that shows the whole model. Any of them may be null; if
+// all are, the result is `framed` itself.
 //   camera-orbit   "theta phi radius"
 //   camera-target  "x y z", lengths
 //   field-of-view  an angle: vertical
@@ -151,8 +151,7 @@ export function orbitFrom(framed, stage, cameraOrbit, cameraTarget, fieldOfView)
         // As much of the model as before.
         orbit.radius *= Math.sin(framed.viewAngle / 2) / Math.sin(orbit.viewAngle / 2);
     }
-    if (cameraTarget)
-        orbit.target = parsePoint(cameraTarget, stage.metre).map((value, i) => value ?? framed.target[i]);
+    if (cameraTarget) orbit.target = parsePoint(cameraTarget, stage.metre).map((value, i) => value ?? framed.target[i]);
     if (cameraOrbit) {
         const parts = words(cameraOrbit);
         orbit.theta = parseAngle(parts[0]) ?? framed.theta;
@@ -175,8 +174,16 @@ function words(text) {
 
 // The view in words, for people who do not see it: "upper front left".
 export function describe({ theta, phi }) {
-    const height = phi < Math.PI / 8 ? "top" : phi < Math.PI * 3 / 8 ? "upper"
-        : phi > Math.PI * 7 / 8 ? "bottom" : phi > Math.PI * 5 / 8 ? "lower" : "";
+    const height =
+        phi < Math.PI / 8
+            ? "top"
+            : phi < (Math.PI * 3) / 8
+              ? "upper"
+              : phi > (Math.PI * 7) / 8
+                ? "bottom"
+                : phi > (Math.PI * 5) / 8
+                  ? "lower"
+                  : "";
     const eighth = ((Math.round(theta / (Math.PI / 4)) % 8) + 8) % 8;
     const side = ["front", "front right", "right", "back right", "back", "back left", "left", "front left"][eighth];
     return height === "top" || height === "bottom" ? height : `${height} ${side}`.trim();

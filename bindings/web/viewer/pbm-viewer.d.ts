@@ -1,4 +1,5 @@
-// <pbm-viewer>: shows a binary voxel grid (.pbvg) on a page. Names follow <model-viewer> where both have the same thing.
+// <pbm-viewer>: shows a binary voxel grid (.pbvg) on a page. Names are those of <model-viewer> where both have the same
+// thing.
 //
 //   <script type="module" src="pbm-viewer/pbm-viewer.js"></script>
 //   <pbm-viewer src="scan.pbvg" controls alt="A marble lion"></pbm-viewer>
@@ -15,7 +16,7 @@
 //   auto-rotate    the model turns while nobody touches it
 //   background     a CSS colour; default transparent
 //   quality        fast: one colour a point; fine: smooth, as pbm-render draws, once the view rests; auto (default):
-//                  fine, if the machine is quick enough
+//                  as fine as can be drawn in 1.5 seconds
 //   poster         address of a picture that is shown until the model is; or give an element slot="poster"
 //   loading        auto (default) and lazy: once the element comes near the visible part of the page; eager: at once
 //   reveal         auto (default): the poster goes with the first picture; manual: with dismissPoster()
@@ -24,9 +25,9 @@
 //   touch-action   none: vertical swipes turn the view; by default they scroll the page
 //
 // Children
-//   <button slot="hotspot-NAME" data-position="x y z" data-normal="x y z">: stays at this point of the model (lengths as
-//   in camera-target). While the picture hides the point, or the normal (optional) leads away from the eye, the element
-//   lacks the attribute data-visible and is drawn with the opacity --min-hotspot-opacity. Changes dispatch
+//   <button slot="hotspot-NAME" data-position="x y z" data-normal="x y z">: stays at this point of the model (lengths
+//   as in camera-target). While the picture hides the point, or the normal (optional) leads away from the eye, the
+//   element lacks the attribute data-visible and is drawn with the opacity --min-hotspot-opacity. Changes dispatch
 //   hotspot-visibility on it
 //
 // CSS: --progress-bar-color, --focus-color, --min-hotspot-opacity; parts canvas, input, poster, progress-bar, credit,

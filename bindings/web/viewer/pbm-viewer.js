@@ -15,8 +15,9 @@ const LONGEST_TICK = 50; // ms that a view glides or turns on at once
 const FAILURES_TOLD = 3; // in a row, before a network failure is an error event
 
 class PbmViewer extends HTMLElement {
-    static observedAttributes = ["src", "poster", "quality", "auto-rotate", "camera-orbit", "camera-target", "field-of-view",
-        "background", "loading", "reveal", "controls", "alt"];
+    static observedAttributes = (
+        "src poster quality auto-rotate camera-orbit camera-target field-of-view background loading reveal controls alt"
+    ).split(" ");
 
     #parts = {}; // by id
     #life = null; // AbortController of what observes the page; null: in no page
@@ -64,8 +65,9 @@ class PbmViewer extends HTMLElement {
         } catch {
             sizes.observe(this);
         }
-        const nearness = new IntersectionObserver((entries) => this.#appear(entries.at(-1).isIntersecting),
-            { rootMargin: NEAR_SCREEN });
+        const nearness = new IntersectionObserver((entries) => this.#appear(entries.at(-1).isIntersecting), {
+            rootMargin: NEAR_SCREEN,
+        });
         nearness.observe(this);
         const children = new MutationObserver(() => this.#findHotspots());
         children.observe(this, { childList: true });
@@ -74,10 +76,15 @@ class PbmViewer extends HTMLElement {
         const { fullscreen, dismiss, message } = this.#parts;
         dismiss.addEventListener("click", () => message.replaceChildren(), { signal });
         fullscreen.hidden = !document.fullscreenEnabled;
-        fullscreen.addEventListener("click", () =>
-            document.fullscreenElement === this ? document.exitFullscreen() : this.requestFullscreen(), { signal });
+        fullscreen.addEventListener(
+            "click",
+            () => (document.fullscreenElement === this ? document.exitFullscreen() : this.requestFullscreen()),
+            { signal },
+        );
         document.addEventListener("visibilitychange", () => this.#pause(), { signal });
-        this.addEventListener("dragover", (event) => this.hasAttribute("controls") && event.preventDefault(), { signal });
+        this.addEventListener("dragover", (event) => this.hasAttribute("controls") && event.preventDefault(), {
+            signal,
+        });
         this.addEventListener("drop", (event) => this.#drop(event), { signal });
         signal.addEventListener("abort", () => {
             for (const observer of [sizes, nearness, children, places]) observer.disconnect();
@@ -133,11 +140,13 @@ class PbmViewer extends HTMLElement {
     }
 
     getFieldOfView() {
-        return this.#orbit().viewAngle * 180 / Math.PI;
+        return (this.#orbit().viewAngle * 180) / Math.PI;
     }
 
-    setCamera({ orbit = this.getCameraOrbit(), target = this.getCameraTarget(), fieldOfView = this.getFieldOfView() },
-        { smooth = true } = {}) {
+    setCamera(
+        { orbit = this.getCameraOrbit(), target = this.getCameraTarget(), fieldOfView = this.getFieldOfView() },
+        { smooth = true } = {},
+    ) {
         const angle = typeof fieldOfView === "number" ? `${fieldOfView}deg` : fieldOfView;
         this.#byUser = false;
         this.#go(orbitFrom(this.#motion.framed, this.#stage, String(orbit), String(target), angle), smooth);
@@ -161,7 +170,10 @@ class PbmViewer extends HTMLElement {
 
     async positionFromPoint(clientX, clientY) {
         const box = this.getBoundingClientRect();
-        const point = await this.#ask("point", { x: (clientX - box.left) / box.width, y: (clientY - box.top) / box.height });
+        const point = await this.#ask("point", {
+            x: (clientX - box.left) / box.width,
+            y: (clientY - box.top) / box.height,
+        });
         return point && { x: point[0], y: point[1], z: point[2], toString: () => point.join(" ") };
     }
 
@@ -195,11 +207,22 @@ class PbmViewer extends HTMLElement {
         if (!canvas) this.#context = this.#canvas.getContext("2d");
         this.#worker = newWorker();
         this.#worker.onmessage = ({ data }) => this.#receive(data);
-        this.#worker.onerror = () => this.#fail({ code: 4, name: "worker", offset: null, rule: "",
-            message: "The worker of the viewer cannot run: are all files of the package on the server?" }, true);
+        this.#worker.onerror = () =>
+            this.#fail(
+                {
+                    code: 4,
+                    name: "worker",
+                    offset: null,
+                    rule: "",
+                    message: "The worker of the viewer cannot run: are all files of the package on the server?",
+                },
+                true,
+            );
         const maxMemory = (parseFloat(this.getAttribute("max-memory")) || DEFAULT_MEMORY) * 1e6;
-        this.#worker.postMessage({ type: "start", canvas, url: this.#url, blob: this.#opened, maxMemory },
-            canvas ? [canvas] : []);
+        this.#worker.postMessage(
+            { type: "start", canvas, url: this.#url, blob: this.#opened, maxMemory },
+            canvas ? [canvas] : [],
+        );
         this.#pause();
         this.#refresh();
     }
@@ -286,7 +309,8 @@ class PbmViewer extends HTMLElement {
 
     #fail(error, fatal) {
         const place = error.offset === null ? "" : ` (byte ${error.offset})`;
-        this.#parts.message.textContent = fatal ? error.message
+        this.#parts.message.textContent = fatal
+            ? error.message
             : `Not all of this model can be shown: ${error.message}${place}`;
         if (fatal) this.#parts.bar.classList.add("gone");
         this.#emit("error", error);
@@ -349,30 +373,40 @@ class PbmViewer extends HTMLElement {
         if (controlled) input.setAttribute("aria-roledescription", "3D model");
         else input.removeAttribute("aria-roledescription");
         input.tabIndex = controlled ? 0 : -1;
-        input.setAttribute("aria-label", controlled ? `${label}. Arrow keys turn the view, plus and minus zoom.` : label);
+        input.setAttribute(
+            "aria-label",
+            controlled ? `${label}. Arrow keys turn the view, plus and minus zoom.` : label,
+        );
         this.#gestures?.abort();
         if (!controlled) return;
         this.#gestures = new AbortController();
-        const steer = (name) => (...change) => {
-            if (!this.#motion) return;
-            this.#motion[name](...change);
-            this.#touch();
-        };
-        listen(input, {
-            turn: steer("turn"),
-            pan: steer("pan"),
-            zoom: steer("zoom"),
-            focus: async (x, y) => {
-                const point = await this.positionFromPoint(x, y);
-                if (!point || !this.#motion) return;
-                this.#motion.go({ ...this.#motion.goal, target: [point.x, point.y, point.z] }, true);
+        const steer =
+            (name) =>
+            (...change) => {
+                if (!this.#motion) return;
+                this.#motion[name](...change);
                 this.#touch();
+            };
+        listen(
+            input,
+            {
+                turn: steer("turn"),
+                pan: steer("pan"),
+                zoom: steer("zoom"),
+                focus: async (x, y) => {
+                    const point = await this.positionFromPoint(x, y);
+                    if (!point || !this.#motion) return;
+                    this.#motion.go({ ...this.#motion.goal, target: [point.x, point.y, point.z] }, true);
+                    this.#touch();
+                },
+                reset: () => {
+                    this.resetCamera();
+                    this.#touch();
+                },
             },
-            reset: () => {
-                this.resetCamera();
-                this.#touch();
-            },
-        }, () => !this.hasAttribute("disable-zoom"), this.#gestures.signal);
+            () => !this.hasAttribute("disable-zoom"),
+            this.#gestures.signal,
+        );
     }
 
     #touch() {
@@ -414,7 +448,8 @@ class PbmViewer extends HTMLElement {
         const moving = this.#motion?.step(passed) ?? false;
         if (moving || this.#stale) this.#post(moving);
         if (moving) this.#emit("camera-change", { source: this.#byUser ? "user-interaction" : "none" });
-        else if (this.#byUser && this.#motion) this.#parts.spoken.textContent = `View from the ${describe(this.#motion.goal)}`;
+        else if (this.#byUser && this.#motion)
+            this.#parts.spoken.textContent = `View from the ${describe(this.#motion.goal)}`;
         return moving;
     }
 
@@ -456,8 +491,11 @@ function isMotionReduced() {
 
 // Whether a worker can draw a picture on a canvas of the page.
 function canDrawInWorkers() {
-    return "transferControlToOffscreen" in HTMLCanvasElement.prototype && typeof OffscreenCanvas === "function"
-        && new OffscreenCanvas(1, 1).getContext("2d") !== null;
+    return (
+        "transferControlToOffscreen" in HTMLCanvasElement.prototype &&
+        typeof OffscreenCanvas === "function" &&
+        new OffscreenCanvas(1, 1).getContext("2d") !== null
+    );
 }
 
 function newWorker() {

@@ -21,7 +21,13 @@ export function without(ranges, covered) {
     let left = ranges.map((range) => [...range]);
     for (const [from, to] of covered) {
         left = left.flatMap(([a, b]) =>
-            to <= a || from >= b ? [[a, b]] : [[a, from], [to, b]].filter(([x, y]) => x < y));
+            to <= a || from >= b
+                ? [[a, b]]
+                : [
+                      [a, from],
+                      [to, b],
+                  ].filter(([x, y]) => x < y),
+        );
     }
     return left;
 }

@@ -9,8 +9,8 @@
 //                                                             failed {error, fatal}, waiting {error, times}
 //                                                             answer {id, value}
 //
-// It draws only what changed. A moving view is drawn at the scale that keeps the frame rate; a view at rest exactly, and
-// again as bytes arrive; then the fine picture with ever more samples, between which messages are heard.
+// It draws only what changed. A moving view is drawn at the scale that keeps the frame rate; a view at rest exactly,
+// and again as bytes arrive; then the fine picture with ever more samples, between which messages are heard.
 import { loadPbm } from "./pbm.js";
 import { ByteStore } from "./byte_store.js";
 import { SourceError, openBlob, openUrl } from "./byte_sources.js";
@@ -49,13 +49,14 @@ class ViewWorker {
     #restAt = 0; // the view counts as moving until then
     #changed = false; // the view changed since the last picture
     #arrived = false; // bytes arrived since the last picture
-    #picture = null; // the last one: {camera, width, height, depths, complete, settled, scale, samples}; settled:
-    // complete, or what it lacks is damaged or not in the file
+    // The last one: {camera, width, height, depths, complete, settled, scale, samples}. Settled: it is complete, or
+    // what it lacks is damaged or not in the file.
+    #picture = null;
     #framed = null; // default camera: {width, height, camera}
     #scale = 1; // of moving pictures
     #maxError = FINEST;
-    #times = { fast: 0, fine: 0, moving: 0, drawn: 0 }; // ms of the last picture (fine: sample) of each kind; when the
-    // last picture was drawn
+    // ms of the last picture of each kind (fine: of each sample); when the last picture was drawn.
+    #times = { fast: 0, fine: 0, moving: 0, drawn: 0 };
     #started = performance.now();
     #firstAfter = null;
     #exactAfter = null;
@@ -206,8 +207,11 @@ class ViewWorker {
 
     #isFineDue() {
         const { quality } = this.#view;
-        return this.#picture.settled && this.#picture.samples < SAMPLES
-            && (quality === "fine" || (quality === "auto" && this.#times.fine * this.#nextSamples() < QUICK_ENOUGH));
+        return (
+            this.#picture.settled &&
+            this.#picture.samples < SAMPLES &&
+            (quality === "fine" || (quality === "auto" && this.#times.fine * this.#nextSamples() < QUICK_ENOUGH))
+        );
     }
 
     #nextSamples() {
@@ -263,7 +267,8 @@ class ViewWorker {
         if (error) this.#tell(error);
         this.#picture.settled = this.#want() === 0;
         const visible = full.hotspots.map(({ position, normal }) =>
-            isVisible(position, normal, this.#picture, 3 * this.#info.voxelSize + 0.002 * this.#stage.size));
+            isVisible(position, normal, this.#picture, 3 * this.#info.voxelSize + 0.002 * this.#stage.size),
+        );
         post({ type: "frame", camera, complete, visible, ...shown }, shown.pixels ? [shown.pixels] : []);
         return end - begin;
     }
@@ -284,8 +289,12 @@ class ViewWorker {
     #want() {
         const end = this.#source.size ?? Infinity;
         if (this.#stage && end < this.#size())
-            this.#tell(new SourceError("header.size", `The file is cut short: ${end} of ${this.#size()} bytes are there.`, 3));
-        const lacking = this.#store.takeLacking().filter(([from]) => from < end)
+            this.#tell(
+                new SourceError("header.size", `The file is cut short: ${end} of ${this.#size()} bytes are there.`, 3),
+            );
+        const lacking = this.#store
+            .takeLacking()
+            .filter(([from]) => from < end)
             .map(([from, to]) => [from, Math.min(to, end)]);
         this.#store.trim();
         this.#source.want(lacking);
@@ -321,12 +330,23 @@ class ViewWorker {
         const { fast, fine, moving } = this.#times;
         const { width = 0, height = 0, complete = false, samples = 0, scale = 1 } = this.#picture ?? {};
         return {
-            version: this.#pbm?.version ?? null, threads: this.#pbm?.threads ?? 0,
-            bytes, requests, heldBytes: this.#store.held,
-            width, height, complete, samples, scale,
-            resting: performance.now() >= this.#restAt && this.#isExact() && this.#picture.settled && !this.#isFineDue(),
-            fastTime: fast, fineTime: fine, movingTime: moving,
-            firstPictureAfter: this.#firstAfter, exactPictureAfter: this.#exactAfter,
+            version: this.#pbm?.version ?? null,
+            threads: this.#pbm?.threads ?? 0,
+            bytes,
+            requests,
+            heldBytes: this.#store.held,
+            width,
+            height,
+            complete,
+            samples,
+            scale,
+            resting:
+                performance.now() >= this.#restAt && this.#isExact() && this.#picture.settled && !this.#isFineDue(),
+            fastTime: fast,
+            fineTime: fine,
+            movingTime: moving,
+            firstPictureAfter: this.#firstAfter,
+            exactPictureAfter: this.#exactAfter,
         };
     }
 
