@@ -127,6 +127,17 @@ class PointWriter {
     }
 
     bool needs_positions() const { return to_.positions != nullptr || to_.positions_f32 != nullptr; }
+    // What ChunkRules leave out.
+    unsigned unwanted() const {
+        const auto bit = [](StreamKind kind, bool is_wanted) {
+            return is_wanted ? 0 : 1U << static_cast<unsigned>(kind);
+        };
+        const bool has_colours = parameters_.attributes.colour != ColourFormat::none;
+        return bit(StreamKind::normal, to_.normals != nullptr || to_.two_sided != nullptr) |
+               bit(StreamKind::radius, to_.radii != nullptr) | bit(StreamKind::colour, to_.colours != nullptr) |
+               bit(StreamKind::material, to_.materials != nullptr || (to_.colours != nullptr && !has_colours)) |
+               bit(StreamKind::texture, false) | bit(StreamKind::shadow, false);
+    }
     bool needs_field(std::size_t f) const { return f < fields_.size() && !fields_[f].empty(); }
     bool needs_fields() const {
         return std::any_of(fields_.begin(), fields_.end(), [](const auto &values) { return !values.empty(); });
@@ -252,7 +263,7 @@ class LevelReader {
 
     // `parents`: codes of the level above the level above, if positions are needed; none for level 1.
     Status run(const std::vector<MortonCode> &parents, int threads) const {
-        return for_chunks(reader_, directory_, above_, threads,
+        return for_chunks(reader_, directory_, above_, threads, writer_.unwanted(),
                           [&](std::size_t index, const Chunk &chunk) { return write_chunk(index, chunk, parents); });
     }
 

@@ -39,6 +39,8 @@ class Decoder {
             offset_ = entry_.offset + at_;
             const ByteView bytes = slice(stored_, at_, stream.stored_bytes);
             at_ += stream.stored_bytes;
+            if (rules_.leaves_out(streams[s].kind))
+                continue;
             Status status = stream.filter == Filter::none ? read_plain(bytes, streams[s], stream.zstd)
                                                           : read_filtered(bytes, streams[s], stream.filter);
             if (status)

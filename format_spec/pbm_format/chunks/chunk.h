@@ -26,7 +26,8 @@ ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t 
 
 // Decodes the chunk with the stored bytes `stored` and verifies it: hash, frames, masks, counts, ranges of every
 // attribute, normal cone. Allocates the sizes in `entry`, which decode_directory has bounded. `parents` must be decoded
-// and verified. Error offsets are file offsets. After an error the contents of `to` are undefined.
+// and verified. Error offsets are file offsets. After an error the contents of `to` are undefined, as are always those
+// of streams that `rules` leave out.
 //
 // errors  bad_hash (5.6.4), bad_octree (4.2, 4.4), bad_attribute (5.6 frames, 5.7 cone, 5.8 filters, section 6 values)
 Status decode_chunk(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ParentNodes &parents,

@@ -15,6 +15,9 @@ struct ChunkRules {
     int level;
     bool finest;                     // level is the depth
     Wording wording = Wording::full; // of errors; errors of padding and bricks are always full
+    unsigned left_out = 0;           // bits 1 << StreamKind of streams that are neither decoded nor verified; not masks
+
+    bool leaves_out(StreamKind kind) const { return (left_out >> static_cast<unsigned>(kind) & 1) != 0; }
 };
 
 // `offset` in the file is that of the chunk for masks, else that of the stream.

@@ -19,10 +19,10 @@ struct LoadOptions {
 Result<Model> load_points(Reader &reader, const LoadOptions &options = {}, std::uint64_t other_bytes = 0);
 
 // Decodes the chunks of a level, whose directory was read before, and calls `visit` with the index and the contents of
-// each, from any thread. `above` has the masks and points of the level above, as a whole. Ends with an error of the
-// first chunk that has one.
+// each, from any thread. `above` has the masks and points of the level above, as a whole. `left_out`: as in ChunkRules;
+// a mapped file has all of them. Ends with an error of the first chunk that has one.
 Status for_chunks(const Reader &reader, const LevelDirectory &directory, const Level &above, int threads,
-                  const std::function<Status(std::size_t index, const Chunk &chunk)> &visit);
+                  unsigned left_out, const std::function<Status(std::size_t index, const Chunk &chunk)> &visit);
 
 // The same as load_points with all rasters.
 Result<Model> load_model(Reader &reader, const LoadOptions &options = {});

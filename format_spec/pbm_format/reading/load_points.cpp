@@ -21,7 +21,7 @@ Status load_level(const Reader &reader, const LevelDirectory &directory, int thr
     // Fits: load_levels has compared it with the memory allowed.
     level.masks.resize(static_cast<std::size_t>(directory.nodes));
     level.points.resize(static_cast<std::size_t>(directory.points), set);
-    return for_chunks(reader, directory, above, threads, [&](std::size_t i, const Chunk &chunk) {
+    return for_chunks(reader, directory, above, threads, 0, [&](std::size_t i, const Chunk &chunk) {
         place_chunk(chunk, directory.chunks[i], set, level);
         return Status();
     });
@@ -30,7 +30,7 @@ Status load_level(const Reader &reader, const LevelDirectory &directory, int thr
 } // namespace
 
 Status for_chunks(const Reader &reader, const LevelDirectory &directory, const Level &above, int threads,
-                  const std::function<Status(std::size_t, const Chunk &)> &visit) {
+                  unsigned left_out, const std::function<Status(std::size_t, const Chunk &)> &visit) {
     const bool mapped = reader.header().storage() == Storage::mapped;
     const auto load = [&](const ChunkEntry &entry, std::size_t index, Chunk &to) -> Status {
         if (mapped) // lies in the file as a whole
@@ -40,7 +40,9 @@ Status for_chunks(const Reader &reader, const LevelDirectory &directory, const L
             return stored.error();
         const ParentNodes parents =
             parent_nodes(entry, above.masks, 0, above.points, 0, reader.parameters().attributes);
-        return decode_chunk(entry, stored->bytes, reader.chunk_rules(directory.level), parents, to);
+        ChunkRules rules = reader.chunk_rules(directory.level);
+        rules.left_out = left_out;
+        return decode_chunk(entry, stored->bytes, rules, parents, to);
     };
     std::vector<std::optional<Error>> failures(directory.chunks.size());
     std::atomic<bool> failed{false};

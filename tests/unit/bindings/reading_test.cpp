@@ -207,6 +207,30 @@ TEST(CApiPoints, AreTheSameForAnyNumberOfThreads) {
     EXPECT_EQ(Points(ball.get(), 6, 1).all(), Points(ball.get(), 6, 3).all());
 }
 
+// Streams that no array needs are not decoded.
+TEST(CApiPoints, AreTheSameOneArrayAtATime) {
+    const BallModel ball;
+    const Points all(ball.get(), 6, 1);
+    const auto alone = [&](auto pbm_points::*array, const auto &expected) {
+        auto values = expected;
+        std::fill(values.begin(), values.end(), 1);
+        pbm_points to = PBM_NEW(pbm_points);
+        to.capacity = all.radii.size();
+        to.offset[0] = 10;
+        to.*array = values.data();
+        pbm_error error;
+        EXPECT_EQ(pbm_read_points(ball.get(), 6, &to, nullptr, &error), PBM_OK) << error.message;
+        EXPECT_EQ(values, expected);
+    };
+    alone(&pbm_points::positions, all.positions);
+    alone(&pbm_points::positions_f32, all.positions_f32);
+    alone(&pbm_points::normals, all.normals);
+    alone(&pbm_points::colours, all.colours);
+    alone(&pbm_points::radii, all.radii);
+    alone(&pbm_points::materials, all.materials);
+    alone(&pbm_points::two_sided, all.two_sided);
+}
+
 TEST(CApiPoints, RefusesArraysThatAreTooShort) {
     const BallModel ball;
     pbm_error error;
