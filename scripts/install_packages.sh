@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|demo|all|peers|packaging|site]
+# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|demo|all|peers|packaging|site|web]
 #   runtime  to build the format library, the renderer and pbm-render: nothing that knows of displays
 #   viewer   also pbm-view
 #   demo     to build every program but pbm-view: what scripts/demo.sh needs
 #   all      also pbm-view, the tests, the benches' peers, the linters and the fuzzers (default)
 #   peers    also F3D and CGAL, which bench/run and bench/normals measure against: 500 MB
 #   packaging  also what scripts/try_packages.sh, try_static.sh and try_container.sh need
+#   web      for scripts/test_web.sh: emscripten, 800 MB, node, Chromium, and the source of zstd
 #   site     for scripts/make_site.sh alone, and Chromium, in which its nightly test opens the site
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -27,11 +28,15 @@ all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
 peers=("${all[@]}" f3d libcgal-dev)
 packaging=("${all[@]}" mmdebstrap lintian dpkg-dev file nasm buildah)
 site=(mkdocs mkdocs-material python3-pil chromium)
+web=("${runtime[@]}" emscripten chromium xz-utils)
+for program in node:nodejs npm:npm; do # another node than Debian's may be there, which brings npm
+    command -v "${program%:*}" >/dev/null || web+=("${program#*:}")
+done
 
 case ${1:-all} in
-runtime | viewer | demo | all | peers | packaging | site) declare -n packages=${1:-all} ;;
+runtime | viewer | demo | all | peers | packaging | site | web) declare -n packages=${1:-all} ;;
 *)
-    echo "usage: install_packages.sh [runtime|viewer|demo|all|peers|packaging|site]" >&2
+    echo "usage: install_packages.sh [runtime|viewer|demo|all|peers|packaging|site|web]" >&2
     exit 1
     ;;
 esac
@@ -78,4 +83,26 @@ if [ "${1:-all}" = all ] && [ ! -d $sarif ] && command -v npm >/dev/null; then
         echo "packages: the schema of SARIF is not to be had" >&2
         rm -r $sarif.part
     fi
+fi
+
+# The decoder of zstd is compiled for WebAssembly from Debian's source package, of the version of libzstd-dev. The lists of
+# packages that apt has name no sources: lists of its own do.
+zstd=build/zstd
+if [ "${1:-all}" = web ] && [ ! -d $zstd ]; then
+    version=$(dpkg-query -W -f='${source:Version}' libzstd-dev)
+    echo "packages: fetching the source of zstd $version into $zstd"
+    rm -rf $zstd.part
+    mkdir -p $zstd.part/{parts,lists,source}
+    for list in /etc/apt/sources.list /etc/apt/sources.list.d/*; do
+        [ ! -f "$list" ] ||
+            sed -e 's/^deb /deb-src /' -e 's/^Types: deb$/Types: deb-src/' "$list" >"$zstd.part/parts/$(basename "$list")"
+    done
+    [ ! -f $zstd.part/parts/sources.list ] || mv $zstd.part/parts/sources.list $zstd.part/parts/main.list
+    options=(-q -o Dir::Etc::sourcelist=/dev/null -o "Dir::Etc::sourceparts=$PWD/$zstd.part/parts"
+        -o "Dir::State::lists=$PWD/$zstd.part/lists" -o APT::Sandbox::User=root)
+    apt-get "${options[@]}" update || true # lists of other origin have no sources
+    (cd $zstd.part && apt-get "${options[@]}" source --download-only "libzstd=$version")
+    tar -xf $zstd.part/libzstd_*.orig.tar.xz -C $zstd.part/source --strip-components=1
+    mv $zstd.part/source $zstd
+    rm -r $zstd.part
 fi

@@ -50,6 +50,9 @@ pbm_code fail_with_exception(pbm_error *error) noexcept {
         throw;
     } catch (const Cancelled &) {
         return fill(error, PBM_CANCELLED, PBM_NO_OFFSET, "", "", "cancelled by a callback");
+    } catch (const Pending &pending) {
+        return fill(error, PBM_PENDING, pending.range.offset, "", "",
+                    "bytes of the file have not arrived yet: call again");
     } catch (const std::bad_alloc &) {
         return fill(error, PBM_LIMIT, PBM_NO_OFFSET, "system.memory", "", kOutOfMemory);
     } catch (const std::length_error &) { // of a container that cannot become so large

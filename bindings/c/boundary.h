@@ -3,6 +3,7 @@
 
 #include "pbm.h"
 
+#include "system/bytes.h"
 #include "system/error.h"
 
 #include <cstddef>
@@ -26,6 +27,11 @@ inline Error of_file(const char *path, Error error) {
 
 // Thrown where a callback cancels; nothing below catches it.
 struct Cancelled {};
+
+// Thrown where a call cannot go on before bytes arrive; nothing below catches it.
+struct Pending {
+    FileRange range; // one of those that are missing
+};
 
 // Fills `error`, which may be null, and returns its code.
 pbm_code succeed(pbm_error *error) noexcept;

@@ -1,9 +1,11 @@
 // Building models of files and arrays, with the options of pbm-build.
+#include "files.h"
 #include "model.h"
 
 #include "pbm-build/options/options.h"
 #include "pbm_build/pipeline.h"
 #include "pbm_format/writing/writer.h"
+#include "system/files/mapped_file.h"
 
 #include <algorithm>
 #include <array>
@@ -287,7 +289,8 @@ Status hand_over(const Model &built, const BuildOptions &options, const char *ou
     if (!bytes)
         return bytes.error();
     statistics.file_bytes = bytes->size();
-    return add_model(FileBytes::owned(std::move(*bytes)), model);
+    const auto held = std::make_shared<const Bytes>(std::move(*bytes));
+    return add_model(FileBytes::held({*held, held}), model);
 }
 
 Status run_build(Builder &builder, const char *output, pbm_model **model) {

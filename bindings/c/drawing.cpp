@@ -1,6 +1,7 @@
 #include "drawing.h"
 
 #include "pbm_format/reading/images.h"
+#include "pbm_render/camera/extent.h"
 #include "pbm_render/camera/framing.h"
 #include "pbm_render/shading/depth_cue.h"
 #include "system/threads/parallel.h"
@@ -14,8 +15,9 @@
 namespace pbm::c_api {
 namespace {
 
-// Rounds of fetching for one picture: each brings at least one finer level of chunks or tiles.
+// Rounds of fetching for one picture: each brings at least one finer level of chunks or tiles, or a part of it.
 constexpr int kMaxRounds = 64;
+static_assert(kCoarseLevel == kBoundsLevel);
 
 glm::dvec3 vector_of(const double (&values)[3]) { return {values[0], values[1], values[2]}; }
 
@@ -141,13 +143,13 @@ void copy_picture(const Framebuffer &drawn, double moved, const pbm_picture &to)
     }
 }
 
-// The drawing of an open model, with as many threads as asked for.
-Result<Drawing *> drawing_of(OpenModel &model, std::int32_t threads) {
-    if (Status checked = check_threads(threads); !checked)
+// The drawing of an open model, within these limits.
+Result<Drawing *> drawing_of(OpenModel &model, const Drawing::Limits &limits) {
+    if (Status checked = check_threads(limits.threads); !checked)
         return checked.error();
-    if (model.drawing == nullptr || model.drawing->threads() != threads) {
+    if (model.drawing == nullptr || model.drawing->limits() != limits) {
         model.drawing.reset();
-        auto opened = Drawing::open(model.bytes, threads);
+        auto opened = Drawing::open(model.bytes, limits);
         if (!opened)
             return opened.error();
         model.drawing = std::move(*opened);
@@ -159,13 +161,13 @@ Status choose_camera(OpenModel &model, std::int32_t width, std::int32_t height, 
     return fill_structure(to, "camera", [&](pbm_camera &camera) -> Status {
         if (Status sized = check_size(width, height); !sized)
             return sized;
-        const Result<Drawing *> drawing = drawing_of(model, model.drawing == nullptr ? 0 : model.drawing->threads());
-        if (!drawing)
-            return drawing.error();
-        const Result<Extent> extent = (*drawing)->bounds();
-        if (!extent)
-            return extent.error();
-        const Camera chosen = default_camera(*extent, (*drawing)->grid().up, width, height);
+        const Result<std::span<const Bytes>> masks = model.coarse_masks();
+        if (!masks)
+            return masks.error();
+        const Grid &grid = model.reader.parameters().grid;
+        const std::vector<ByteView> views(masks->begin(), masks->end());
+        const Camera chosen =
+            default_camera(find_extent(grid, views, static_cast<int>(views.size()) - 1), grid.up, width, height);
         copy_to(camera.position, chosen.position);
         copy_to(camera.focal_point, chosen.focal_point);
         copy_to(camera.up, chosen.up);
@@ -191,16 +193,18 @@ Status draw_picture(OpenModel &model, const pbm_camera *given_camera, const pbm_
         return checked;
     Drawing::Request request{.view = {.camera = *camera, .width = picture->width, .height = picture->height},
                              .render = {}};
-    std::int32_t threads = 0;
+    Drawing::Limits limits;
     if (given_options != nullptr) {
         const Result<pbm_render_options> options = read_structure(given_options, "options");
         if (!options)
             return options.error();
         if (Status taken = take_options(*options, request); !taken)
             return taken;
-        threads = options->threads;
+        limits.threads = options->threads;
+        if (options->max_memory > 0)
+            limits.max_memory = options->max_memory;
     }
-    const Result<Drawing *> drawing = drawing_of(model, threads);
+    const Result<Drawing *> drawing = drawing_of(model, limits);
     if (!drawing)
         return drawing.error();
     Framebuffer drawn(picture->width, picture->height, picture->depths != nullptr || request.depth_cue != PBM_NO_CUE);
@@ -209,55 +213,64 @@ Status draw_picture(OpenModel &model, const pbm_camera *given_camera, const pbm_
     const double moved =
         camera->orthographic ? distance_of(telecentric(*camera, (*drawing)->grid().edge())) - distance_of(*camera) : 0;
     copy_picture(drawn, moved, *picture);
-    return {};
+    return (*drawing)->shortfall();
 }
 
 } // namespace
 
-Drawing::Drawing(const FileBytes &bytes, Reader reader, TiledImages images, int threads,
-                 const std::shared_ptr<ThreadPool> &pool)
-    : bytes_(bytes), threads_(threads), pool_(pool), model_(std::move(reader), {.threads = threads, .pool = pool}),
-      surroundings_(std::make_shared<const Surroundings>(model_.reader().parameters(), std::move(images))) {}
+Drawing::Drawing(const FileBytes &bytes, Reader reader, const Limits &limits, const std::shared_ptr<ThreadPool> &pool)
+    : bytes_(bytes), limits_(limits), pool_(pool),
+      model_(std::move(reader), {.threads = limits.threads, .pool = pool, .max_memory = limits.max_memory}) {}
 
-Result<std::unique_ptr<Drawing>> Drawing::open(const FileBytes &bytes, int threads) {
+Result<std::unique_ptr<Drawing>> Drawing::open(const FileBytes &bytes, const Limits &limits) {
     Result<Reader> reader = open_reader(bytes);
     if (!reader)
         return reader.error();
-    for (const FileRange &range : raster_ranges(*reader))
-        if (const Status fetched = bytes.fetch(range); !fetched)
-            return fetched.error();
-    Result<TiledImages> images = read_images(*reader);
-    if (!images)
-        return images.error();
-    const auto pool = std::make_shared<ThreadPool>(resolve_threads(threads));
-    return std::unique_ptr<Drawing>(new Drawing(bytes, std::move(*reader), std::move(*images), threads, pool));
+    const auto pool = std::make_shared<ThreadPool>(resolve_threads(limits.threads));
+    return std::unique_ptr<Drawing>(new Drawing(bytes, std::move(*reader), limits, pool));
 }
 
-Status Drawing::fetch(std::span<const FileRange> ranges) const {
-    for (const FileRange &range : ranges)
-        if (Status fetched = bytes_.fetch(range); !fetched)
-            return fetched;
+// Opens the surroundings as soon as their directories have arrived.
+Status Drawing::open_surroundings() {
+    if (has_surroundings_)
+        return {};
+    const Result<FileBytes::Fetched> fetched = bytes_.fetch(raster_ranges(model_.reader()));
+    if (!fetched)
+        return fetched.error();
+    if (fetched->pending)
+        return {};
+    has_surroundings_ = true;
+    Result<TiledImages> images = read_images(model_.reader());
+    if (!images) {
+        damage_ = damage_.value_or(images.error());
+        return {};
+    }
+    surroundings_ = std::make_shared<const Surroundings>(model_.reader().parameters(), std::move(*images));
+    fast_.reset();
+    fine_.reset();
     return {};
 }
 
-Result<Extent> Drawing::bounds() {
-    for (int round = 0; round < kMaxRounds; ++round) {
-        const std::vector<FileRange> wanted = model_.bounds_wanted();
-        if (wanted.empty())
-            break;
-        if (const Status fetched = fetch(wanted); !fetched)
-            return fetched.error();
-    }
-    return model_.bounds();
-}
-
 Result<Detail> Drawing::load(const DetailView &view) {
-    for (int round = 0;; ++round) {
+    lacks_memory_.reset();
+    for (int round = 0;;) {
         Result<Detail> detail = model_.load(view);
-        if (!detail || detail->wanted.empty() || round == kMaxRounds)
+        if (!detail && detail.error().code == ErrorCode::memory) {
+            lacks_memory_ = detail.error();
+            bytes_.limit_memory(limits_.max_memory);
+            return model_.choose(view);
+        }
+        if (!detail) { // a damaged part, which the model loads but once
+            damage_ = damage_.value_or(detail.error());
+            continue;
+        }
+        if (detail->wanted.empty() || round++ == kMaxRounds)
             return detail;
-        if (const Status fetched = fetch(detail->wanted); !fetched)
+        const Result<FileBytes::Fetched> fetched = bytes_.fetch(detail->wanted);
+        if (!fetched)
             return fetched.error();
+        if (!fetched->any_arrived)
+            return detail;
     }
 }
 
@@ -266,7 +279,7 @@ void Drawing::render(const Detail &detail, const Request &request, Framebuffer &
     const Camera &camera = request.view.camera;
     if (request.fine) {
         if (!fine_)
-            fine_.emplace(reader.parameters(), reader.header().chunk_points, threads_, surroundings_);
+            fine_.emplace(reader.parameters(), reader.header().chunk_points, pool_, surroundings_);
         fine_->render(detail.runs, camera, request.render, target, request.samples);
     } else {
         if (!fast_)
@@ -279,17 +292,23 @@ Status Drawing::draw(const Request &request, Framebuffer &target) {
     const Result<Detail> detail = load(request.view);
     if (!detail)
         return detail.error();
+    if (Status opened = open_surroundings(); !opened)
+        return opened;
     for (int round = 0;; ++round) {
         render(*detail, request, target);
-        const std::vector<FileRange> wanted = surroundings_->take_wanted(); // tiles
+        const std::vector<FileRange> wanted =
+            surroundings_ ? surroundings_->take_wanted() : std::vector<FileRange>(); // tiles
         if (wanted.empty() || round == kMaxRounds)
             break;
-        if (Status fetched = fetch(wanted); !fetched)
-            return fetched;
+        const Result<FileBytes::Fetched> fetched = bytes_.fetch(wanted);
+        if (!fetched)
+            return fetched.error();
+        if (!fetched->any_arrived)
+            break;
     }
-    const std::vector<Error> errors = surroundings_->take_errors();
-    if (!errors.empty())
-        return errors.front();
+    if (surroundings_)
+        for (Error &error : surroundings_->take_errors())
+            damage_ = damage_.value_or(std::move(error));
     if (request.depth_cue != PBM_NO_CUE) {
         const Camera &camera = request.view.camera;
         const Camera drawn = telecentric(camera, grid().edge());

@@ -16,14 +16,16 @@ namespace pbm::c_api {
 
 class Drawing {
   public:
-    // `bytes` must outlive the result.
-    static Result<std::unique_ptr<Drawing>> open(const FileBytes &bytes, int threads);
+    struct Limits {
+        int threads = 0;
+        std::uint64_t max_memory = kDefaultMaxMemory; // as in StreamingOptions
+        bool operator==(const Limits &) const = default;
+    };
+    // `bytes` must outlive the result. Throws Pending.
+    static Result<std::unique_ptr<Drawing>> open(const FileBytes &bytes, const Limits &limits);
 
-    int threads() const { return threads_; } // as asked for
+    const Limits &limits() const { return limits_; } // as asked for
     const Grid &grid() const { return model_.reader().parameters().grid; }
-
-    // errors  as StreamedModel::bounds
-    Result<Extent> bounds();
 
     struct Request {
         DetailView view;
@@ -32,26 +34,32 @@ class Drawing {
         int samples = kDefaultSamples;
         int depth_cue = PBM_NO_CUE;
     };
-    // `target` has depths if the cue needs them.
+    // Draws what is there and fits. `target` has depths if the cue needs them.
     //
-    // errors  as StreamedModel::load; a damaged tile of a raster
+    // errors  io  a callback failed: nothing is drawn
     Status draw(const Request &request, Framebuffer &target);
+    // Why the last picture may lack something that has arrived.
+    //
+    // errors  memory  it needs more than allowed
+    //         as StreamedModel::load and read_images: the first damage that any picture has met
+    Status shortfall() const { return lacks_memory_ ? *lacks_memory_ : damage_ ? *damage_ : Status(); }
 
   private:
-    Drawing(const FileBytes &bytes, Reader reader, TiledImages images, int threads,
-            const std::shared_ptr<ThreadPool> &pool);
+    Drawing(const FileBytes &bytes, Reader reader, const Limits &limits, const std::shared_ptr<ThreadPool> &pool);
 
-    Status fetch(std::span<const FileRange> ranges) const;
+    Status open_surroundings();
     Result<Detail> load(const DetailView &view);
     void render(const Detail &detail, const Request &request, Framebuffer &target);
 
     const FileBytes &bytes_;
-    const int threads_;
+    const Limits limits_;
     const std::shared_ptr<ThreadPool> pool_;
     StreamedModel model_;
-    const std::shared_ptr<const Surroundings> surroundings_; // refers to the model
-    std::optional<FastRenderer> fast_;                       // created on first use
+    bool has_surroundings_ = false;                    // or they are damaged
+    std::shared_ptr<const Surroundings> surroundings_; // refers to the model; null until its directories have arrived
+    std::optional<FastRenderer> fast_;                 // created on first use
     std::optional<FineRenderer> fine_;
+    std::optional<Error> damage_, lacks_memory_;
 };
 
 } // namespace pbm::c_api

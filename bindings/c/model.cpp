@@ -14,7 +14,6 @@ namespace pbm::c_api {
 namespace {
 
 constexpr std::uint64_t kMaxPiece = std::uint64_t{8} << 20; // bytes that one call of a callback reads
-constexpr int kBoxLevel = 6;
 
 const char *c_string(std::string_view literal) {
     return literal.data(); // NOLINT(bugprone-suspicious-stringview-data-usage): literals end with a zero byte
@@ -34,19 +33,17 @@ std::uint32_t attributes_of(const Reader &reader) {
     return bits;
 }
 
+constexpr std::size_t kMaxCoarsePoints = std::size_t{1} << 3 * kCoarseLevel;
+
 // Fills the box around the voxels of a coarse level.
 Status find_box(OpenModel &model, pbm_info &info) {
     const Grid &grid = model.reader.parameters().grid;
-    const int level = std::min(kBoxLevel, grid.depth);
-    if (Status fetched = fetch_levels(model, level); !fetched)
-        return fetched;
-    const Result<Model> coarse = load_points(model.reader, {.max_level = level, .threads = 1});
-    if (!coarse)
-        return coarse.error();
+    const Result<std::span<const Bytes>> masks = model.coarse_masks();
+    if (!masks)
+        return masks.error();
     std::vector<MortonCode> codes{0};
-    for (int l = 1; l <= level; ++l) {
-        const Level &here = coarse->levels[static_cast<std::size_t>(l)];
-        Result<std::vector<MortonCode>> below = expand_level(codes, here.masks, here.points.size());
+    for (const Bytes &of_level : masks->subspan(1)) {
+        Result<std::vector<MortonCode>> below = expand_level(codes, of_level, kMaxCoarsePoints);
         if (!below)
             return below.error();
         codes = std::move(*below);
@@ -59,7 +56,7 @@ Status find_box(OpenModel &model, pbm_info &info) {
             highest[axis] = std::max(highest[axis], at[axis] + 1);
         }
     }
-    const double edge = grid.voxel_size_at(level);
+    const double edge = grid.voxel_size_at(static_cast<int>(masks->size()) - 1);
     for (std::size_t axis = 0; axis < 3; ++axis) {
         info.lowest[axis] = grid.origin[axis] + lowest[axis] * edge;
         info.highest[axis] = grid.origin[axis] + highest[axis] * edge;
@@ -105,26 +102,10 @@ Status fill_field(const OpenModel &model, std::int32_t index, pbm_field &to) {
 
 } // namespace
 
-FileBytes FileBytes::mapped(MappedFile file) {
+FileBytes FileBytes::held(HeldBytes whole, void (*start_reading)(ByteView)) {
     FileBytes bytes;
-    bytes.file_ = std::make_unique<MappedFile>(std::move(file));
-    bytes.view_ = bytes.file_->bytes();
-    bytes.source_.emplace(bytes.view_, MappedFile::will_need);
-    return bytes;
-}
-
-FileBytes FileBytes::viewed(ByteView view) {
-    FileBytes bytes;
-    bytes.view_ = aligned(view, bytes.owned_);
-    bytes.source_.emplace(bytes.view_);
-    return bytes;
-}
-
-FileBytes FileBytes::owned(Bytes given) {
-    FileBytes bytes;
-    bytes.owned_ = std::move(given);
-    bytes.view_ = bytes.owned_;
-    bytes.source_.emplace(bytes.view_);
+    bytes.whole_ = std::move(whole);
+    bytes.source_.emplace(bytes.whole_.bytes, start_reading);
     return bytes;
 }
 
@@ -137,50 +118,72 @@ FileBytes FileBytes::ranged(pbm_read_range read, void *context, std::uint64_t si
     return bytes;
 }
 
-Status FileBytes::read(std::uint64_t offset, std::span<std::uint8_t> to) const {
+Status FileBytes::fetch_piece(FileRange piece, Fetched &fetched) const {
+    if (source_->has(piece))
+        return {};
+    Bytes bytes(static_cast<std::size_t>(piece.bytes));
     const CallbackScope scope(handle_);
-    if (read_(context_, offset, to.size(), to.data()) == 0)
-        return {};
-    return Error{ErrorCode::io, offset,
-                 "the callback did not read " + std::to_string(to.size()) + " bytes from byte " +
-                     std::to_string(offset) + " on"};
-}
-
-Status FileBytes::fetch(FileRange range) const {
-    if (is_whole() || range.bytes == 0 || source_->has(range))
-        return {};
-    const std::uint64_t size = sparse_->size();
-    if (range.offset > size || range.bytes > size - range.offset)
-        return Error{ErrorCode::truncated, size, "the file ends before byte " + std::to_string(range.offset)};
-    Bytes piece;
-    for (std::uint64_t done = 0; done < range.bytes; done += piece.size()) {
-        piece.resize(static_cast<std::size_t>(std::min(kMaxPiece, range.bytes - done)));
-        if (Status status = read(range.offset + done, piece); !status)
-            return status;
-        sparse_->fill(range.offset + done, piece);
+    const int answer = read_(context_, piece.offset, piece.bytes, bytes.data());
+    if (answer == 0) {
+        sparse_->fill(piece.offset, bytes);
+        fetched.any_arrived = true;
+    } else if (answer == PBM_LATER) {
+        fetched.pending = fetched.pending.value_or(piece);
+    } else {
+        return Error{ErrorCode::io, piece.offset,
+                     "the callback did not read " + std::to_string(piece.bytes) + " bytes from byte " +
+                         std::to_string(piece.offset) + " on"};
     }
     return {};
 }
 
-Result<ByteView> FileBytes::whole() {
+Result<FileBytes::Fetched> FileBytes::fetch(std::span<const FileRange> ranges) const {
+    Fetched fetched;
     if (is_whole())
-        return view_;
-    if (owned_.empty()) {
-        Bytes all;
-        for (std::uint64_t size = sparse_->size(); all.size() < size;) {
-            const std::size_t first = all.size();
-            all.resize(static_cast<std::size_t>(std::min<std::uint64_t>(size, first + kMaxPiece)));
-            if (Status status = read(first, std::span(all).subspan(first)); !status)
+        return fetched;
+    const std::uint64_t size = sparse_->size();
+    for (const FileRange &range : ranges) {
+        if (range.offset > size || range.bytes > size - range.offset)
+            return Error{ErrorCode::truncated, size, "the file ends before byte " + std::to_string(range.offset)};
+        for (std::uint64_t done = 0; done < range.bytes; done += kMaxPiece)
+            if (Status status = fetch_piece({range.offset + done, std::min(kMaxPiece, range.bytes - done)}, fetched);
+                !status)
                 return status.error();
-        }
-        owned_ = std::move(all);
     }
-    return ByteView(owned_);
+    return fetched;
+}
+
+Status FileBytes::require(std::span<const FileRange> ranges) const {
+    const Result<Fetched> fetched = fetch(ranges);
+    if (!fetched)
+        return fetched.error();
+    if (fetched->pending)
+        throw Pending{*fetched->pending};
+    return {};
+}
+
+Result<ByteView> FileBytes::whole() {
+    if (!is_whole() && whole_.owner == nullptr) {
+        const FileRange all{0, sparse_->size()};
+        if (Status status = require({&all, 1}); !status)
+            return status.error();
+        Result<HeldBytes> bytes = source_->require(all);
+        if (!bytes)
+            return bytes.error();
+        whole_ = std::move(*bytes);
+        source_->drop(all);
+    }
+    return whole_.bytes;
+}
+
+void FileBytes::limit_memory(std::uint64_t max_memory) const {
+    if (!is_whole() && sparse_->memory() > max_memory)
+        source_->drop({0, sparse_->size()});
 }
 
 Result<Reader> open_reader(const FileBytes &bytes) {
     for (FileRange range; (range = Reader::opening_range(bytes.source())).bytes > 0;)
-        if (const Status fetched = bytes.fetch(range); !fetched)
+        if (const Status fetched = bytes.require({&range, 1}); !fetched)
             return fetched.error();
     return Reader::open(bytes.source());
 }
@@ -189,45 +192,63 @@ OpenModel::OpenModel(FileBytes of, Reader opened)
     : bytes(std::move(of)), reader(std::move(opened)), metadata(reader.metadata()) {}
 OpenModel::~OpenModel() = default;
 
-Result<const LevelDirectory *> OpenModel::directory(int level) {
-    for (int l = 1; l <= level; ++l) {
-        if (const Status fetched = bytes.fetch(reader.directory_range(l)); !fetched)
+Result<std::span<const Bytes>> OpenModel::coarse_masks() {
+    if (coarse_masks_.empty()) {
+        const int level = std::min(kCoarseLevel, reader.depth());
+        if (const Status fetched = fetch_levels(*this, level); !fetched)
             return fetched.error();
-        Result<const LevelDirectory *> read = reader.directory(l);
-        if (!read || l == level)
-            return read;
+        Result<Model> coarse = load_points(reader, {.max_level = level, .threads = 1});
+        if (!coarse)
+            return coarse.error();
+        for (Level &here : coarse->levels)
+            coarse_masks_.push_back(std::move(here.masks));
     }
-    return nullptr;
+    return std::span<const Bytes>(coarse_masks_);
+}
+
+Result<const LevelDirectory *> OpenModel::directory(int level) {
+    std::vector<FileRange> ranges;
+    for (int l = 1; l <= level; ++l)
+        ranges.push_back(reader.directory_range(l));
+    if (const Status fetched = bytes.require(ranges); !fetched)
+        return fetched.error();
+    for (int l = 1; l < level; ++l)
+        if (Result<const LevelDirectory *> above = reader.directory(l); !above)
+            return above;
+    return reader.directory(level);
 }
 
 namespace {
 
-// Calls `use` with the ranges of the file that hold the chunks of a level.
-template <class Use> void for_chunk_ranges(const Reader &reader, int level, const Use &use) {
+// Appends the ranges of the file that hold the chunks of a level.
+void list_chunks(const Reader &reader, int level, std::vector<FileRange> &ranges) {
     for (const SectionType type : {SectionType::level_chunks, SectionType::level_bricks})
         if (const SectionEntry *section = reader.section(type, static_cast<std::uint32_t>(level)))
-            use(section->range());
+            ranges.push_back(section->range());
 }
 
 } // namespace
 
 Status fetch_levels(OpenModel &model, int level) {
-    Status status;
-    for (int l = 1; l <= level && status; ++l) {
-        const Result<const LevelDirectory *> directory = model.directory(l);
-        if (!directory)
-            return directory.error();
-        for_chunk_ranges(model.reader, l, [&](FileRange range) {
-            if (status)
-                status = model.bytes.fetch(range);
-        });
+    if (level == 0)
+        return {};
+    std::vector<FileRange> ranges;
+    for (int l = 1; l <= level; ++l) {
+        ranges.push_back(model.reader.directory_range(l));
+        list_chunks(model.reader, l, ranges);
     }
-    return status;
+    if (Status fetched = model.bytes.require(ranges); !fetched)
+        return fetched;
+    const Result<const LevelDirectory *> directory = model.directory(level);
+    return directory ? Status() : Status(directory.error());
 }
 
 void drop_levels(const OpenModel &model, int level) {
+    std::vector<FileRange> ranges;
     for (int l = 1; l <= level; ++l)
-        for_chunk_ranges(model.reader, l, [&](FileRange range) { model.bytes.source().drop(range); });
+        list_chunks(model.reader, l, ranges);
+    for (const FileRange &range : ranges)
+        model.bytes.source().drop(range);
 }
 
 Handles<pbm_model, OpenModel> &models() {
@@ -247,20 +268,12 @@ Status add_model(FileBytes bytes, pbm_model **model) {
     return {};
 }
 
-Status add_file(const char *path, pbm_model **model) {
-    Result<MappedFile> file = MappedFile::open(path);
-    if (!file)
-        return of_file(path, file.error());
-    const Status added = add_model(FileBytes::mapped(std::move(*file)), model);
-    return added ? Status() : Status(of_file(path, added.error()));
-}
-
-ByteView aligned(ByteView bytes, Bytes &room) {
+HeldBytes aligned(ByteView bytes) {
     constexpr std::uintptr_t kAlignment = 8;
     if (reinterpret_cast<std::uintptr_t>(bytes.data()) % kAlignment == 0)
-        return bytes;
-    room.assign(bytes.begin(), bytes.end());
-    return room;
+        return {bytes, nullptr};
+    const auto copy = std::make_shared<const Bytes>(bytes.begin(), bytes.end());
+    return {*copy, copy};
 }
 
 } // namespace pbm::c_api
@@ -283,20 +296,11 @@ template <class Make> pbm_code open_model(pbm_model **model, pbm_error *error, c
 
 } // namespace
 
-pbm_code pbm_open_file(const char *path, pbm_model **model, pbm_error *error) {
-    return guarded(error, [&]() -> Status {
-        if (model == nullptr || path == nullptr)
-            return usage(model == nullptr ? "model is null" : "path is null");
-        *model = nullptr;
-        return add_file(path, model);
-    });
-}
-
 pbm_code pbm_open_memory(const void *bytes, uint64_t size, pbm_model **model, pbm_error *error) {
     return open_model(model, error, [&]() -> Result<FileBytes> {
         if (bytes == nullptr)
             return usage("bytes is null");
-        return FileBytes::viewed({static_cast<const std::uint8_t *>(bytes), static_cast<std::size_t>(size)});
+        return FileBytes::held(aligned({static_cast<const std::uint8_t *>(bytes), static_cast<std::size_t>(size)}));
     });
 }
 

@@ -4,10 +4,10 @@
 #include "boundary.h"
 
 #include "pbm_format/reading/reader.h"
-#include "system/files/mapped_file.h"
+#include "system/byte_source.h"
 
-#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,9 +18,8 @@ class Drawing; // drawing.h
 // The bytes of a file, from wherever they come.
 class FileBytes {
   public:
-    static FileBytes mapped(MappedFile file);
-    static FileBytes viewed(ByteView bytes); // copied unless they lie at a multiple of 8
-    static FileBytes owned(Bytes bytes);
+    // A whole file, at a multiple of 8. `start_reading`: as in ByteSource.
+    static FileBytes held(HeldBytes bytes, void (*start_reading)(ByteView) = nullptr);
     static FileBytes ranged(pbm_read_range read, void *context, std::uint64_t size);
 
     // The caller's handle, for callbacks.
@@ -29,20 +28,27 @@ class FileBytes {
     const ByteSource &source() const { return *source_; }
     bool is_whole() const { return source_->is_whole(); }
 
-    // Reads a range that is not there yet. Has no effect on a whole file.
+    struct Fetched {
+        bool any_arrived = false;         // some bytes that were missing before
+        std::optional<FileRange> pending; // the first range that is to come later
+    };
+    // Asks for those of the ranges that are not there yet, in this order. Has no effect on a whole file.
     //
     // errors  io  the callback failed
-    Status fetch(FileRange range) const;
+    Result<Fetched> fetch(std::span<const FileRange> ranges) const;
+    // The same for a call that needs all of them: throws Pending.
+    Status require(std::span<const FileRange> ranges) const;
 
-    // All bytes, at a multiple of 8. Reads those of ranges once.
+    // All bytes, at a multiple of 8. Reads those of ranges once. Throws Pending.
     Result<ByteView> whole();
 
-  private:
-    Status read(std::uint64_t offset, std::span<std::uint8_t> to) const;
+    // Drops all bytes that were fetched and are not used yet, if they are more than these.
+    void limit_memory(std::uint64_t max_memory) const;
 
-    std::unique_ptr<MappedFile> file_;
-    Bytes owned_;
-    ByteView view_;
+  private:
+    Status fetch_piece(FileRange piece, Fetched &fetched) const;
+
+    HeldBytes whole_; // of ranges, once they were all needed
     std::shared_ptr<SparseFile> sparse_;
     std::optional<ByteSource> source_;
     pbm_read_range read_ = nullptr;
@@ -50,10 +56,13 @@ class FileBytes {
     const void *handle_ = nullptr;
 };
 
-// A reader of these bytes.
+// A reader of these bytes. Throws Pending.
 //
 // errors  as Reader::open
 Result<Reader> open_reader(const FileBytes &bytes);
+
+// What shows where the model is.
+inline constexpr int kCoarseLevel = 6;
 
 struct OpenModel {
     OpenModel(FileBytes of, Reader opened);
@@ -61,27 +70,34 @@ struct OpenModel {
     OpenModel(const OpenModel &) = delete;
     OpenModel &operator=(const OpenModel &) = delete;
 
-    // The directory of a level. Fetches those of the levels above, too.
+    // The directory of a level. Fetches those of the levels above, too. Throws Pending.
     Result<const LevelDirectory *> directory(int level);
+
+    // Child masks of the levels 1 .. kCoarseLevel, as far as there are any, at their numbers. Reads them once. Throws
+    // Pending.
+    //
+    // errors  as load_points
+    Result<std::span<const Bytes>> coarse_masks();
 
     FileBytes bytes;
     Reader reader;
     std::string metadata;             // ends with a zero byte
     std::unique_ptr<Drawing> drawing; // created on first use
+
+  private:
+    std::vector<Bytes> coarse_masks_; // empty: not read yet
 };
 
 Handles<pbm_model, OpenModel> &models();
 
-// What load_points needs of levels 1 .. `level` and is not there yet; and drops their stored chunks again.
+// Fetches what load_points needs of levels 1 .. `level`, and drops their stored chunks again. Throws Pending.
 Status fetch_levels(OpenModel &model, int level);
 void drop_levels(const OpenModel &model, int level);
 
-// Opens a model and hands out its handle.
+// Opens a model and hands out its handle. Throws Pending.
 Status add_model(FileBytes bytes, pbm_model **model);
-// The same of a file; errors name it.
-Status add_file(const char *path, pbm_model **model);
 
-// Bytes at a multiple of 8: the same, or a copy in `room`.
-ByteView aligned(ByteView bytes, Bytes &room);
+// Bytes at a multiple of 8: the same, or a copy.
+HeldBytes aligned(ByteView bytes);
 
 } // namespace pbm::c_api

@@ -105,7 +105,7 @@ extern "C" {
 // "1.0.0": the version of the library.
 PBM_API const char *pbm_version(void);
 
-// The exit codes of all programs (docs/reference/exit-codes.md), and one more.
+// The exit codes of all programs (docs/reference/exit-codes.md), and two more.
 typedef enum pbm_code {
     PBM_OK = 0,
     PBM_USAGE = 1,       // the call is wrong
@@ -113,7 +113,8 @@ typedef enum pbm_code {
     PBM_INVALID = 3,     // invalid or damaged input
     PBM_LIMIT = 4,       // memory, or another limit of the running program
     PBM_UNSUPPORTED = 5, // unsupported version or feature
-    PBM_CANCELLED = 6    // a callback asked for it
+    PBM_CANCELLED = 6,   // a callback asked for it
+    PBM_PENDING = 7      // bytes have not arrived yet: a callback returned PBM_LATER
 } pbm_code;
 
 #define PBM_NO_OFFSET UINT64_MAX
@@ -138,9 +139,14 @@ PBM_API pbm_code pbm_open_file(const char *path, pbm_model **model, pbm_error *e
 // a multiple of 8, as it is of what malloc returns; else they are copied.
 PBM_API pbm_code pbm_open_memory(const void *bytes, uint64_t size, pbm_model **model, pbm_error *error);
 
-// Copies `size` bytes from `offset` on to `to`; all of them lie inside the file. Returns 0, or anything else if it
-// cannot, which makes the call that needs them fail with PBM_IO.
+// Copies `size` bytes from `offset` on to `to`; all of them lie inside the file. Returns 0; PBM_LATER if they have not
+// arrived yet; or anything else if it cannot, which makes the call that needs them fail with PBM_IO.
 typedef int (*pbm_read_range)(void *context, uint64_t offset, uint64_t size, void *to);
+
+// What a pbm_read_range returns to whom must not wait, such as a web page. The call then asks for all other ranges that
+// it knows it needs, most urgent first. pbm_render draws what it can; every other function fails with PBM_PENDING, and
+// is called again once these ranges are there.
+enum { PBM_LATER = 7 };
 
 // A file of `size` bytes of which only what a call needs is read, as from a server that answers range requests. `read`
 // is called by the thread that calls a function with this model. Ranges may be read again.
@@ -273,6 +279,7 @@ typedef struct pbm_render_options {
     int32_t finest_level;  // do not draw finer levels than this one; default: all
     double max_error;      // pixels: largest edge of a drawn voxel that has children; default 1.42
     int32_t threads;
+    uint64_t max_memory; // bytes of decoded points that are kept, for this picture and the next ones; default 8 GiB
 } pbm_render_options;
 
 typedef struct pbm_picture {
@@ -286,10 +293,17 @@ typedef struct pbm_picture {
     size_t depth_stride;   // elements from a row to the next one; default `width`
 } pbm_picture;
 
-// Draws a picture; reads what it shows, and keeps that in memory for the next ones. `options` may be null.
+// Draws a picture; reads what it shows, and keeps that in memory for the next ones. `options` may be null. With other
+// values of `threads` or `max_memory` than in the last call it reads everything anew.
+//
+// Of a file whose callback returned PBM_LATER during the call, the picture shows what is there: coarser levels, or the
+// background alone. It is exact if PBM_OK is returned and no callback returned PBM_LATER.
 //
 // errors  PBM_USAGE    the camera has no line of sight or is not finite; the arrays are too short
-//         PBM_INVALID  a part of the file that the picture shows is damaged
+//         PBM_INVALID  a part of the file that this picture or an earlier one needed is damaged: the first part that
+//                      was found. The picture is drawn all the same, with coarser levels in place of damaged ones
+//         PBM_LIMIT    the picture needs more than `max_memory`: it is drawn with what fits. With a larger `max_error`
+//                      it needs less
 PBM_API pbm_code pbm_render(pbm_model *model, const pbm_camera *camera, const pbm_render_options *options,
                             const pbm_picture *picture, pbm_error *error);
 

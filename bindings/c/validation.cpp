@@ -1,4 +1,6 @@
 // Verdicts, with a callback for findings.
+#include "validation.h"
+
 #include "model.h"
 
 #include "pbm_format/checking/validate.h"
@@ -38,8 +40,9 @@ void hand_out(const Finding &finding, const pbm_validation &to) {
         throw Cancelled();
 }
 
-// Validates the bytes that `read` returns.
-template <class Read> Status validate_bytes(pbm_validation *validation, const Read &read) {
+} // namespace
+
+Status validate_bytes(pbm_validation *validation, const std::function<Result<ByteView>()> &read) {
     Result<pbm_validation> to = read_structure(validation, "validation");
     if (!to)
         return to.error();
@@ -70,34 +73,19 @@ template <class Read> Status validate_bytes(pbm_validation *validation, const Re
     return {};
 }
 
-} // namespace
 } // namespace pbm::c_api
 
 using namespace pbm;
 using namespace pbm::c_api;
 
-pbm_code pbm_validate_file(const char *path, pbm_validation *validation, pbm_error *error) {
-    return guarded(error, [&]() -> Status {
-        if (path == nullptr)
-            return usage("path is null");
-        std::optional<MappedFile> file;
-        return validate_bytes(validation, [&]() -> Result<ByteView> {
-            Result<MappedFile> opened = MappedFile::open(path);
-            if (!opened)
-                return of_file(path, opened.error());
-            file = std::move(*opened);
-            return file->bytes();
-        });
-    });
-}
-
 pbm_code pbm_validate_memory(const void *bytes, uint64_t size, pbm_validation *validation, pbm_error *error) {
     return guarded(error, [&]() -> Status {
         if (bytes == nullptr)
             return usage("bytes is null");
-        Bytes room;
+        HeldBytes held;
         return validate_bytes(validation, [&]() -> Result<ByteView> {
-            return aligned({static_cast<const std::uint8_t *>(bytes), static_cast<std::size_t>(size)}, room);
+            held = aligned({static_cast<const std::uint8_t *>(bytes), static_cast<std::size_t>(size)});
+            return held.bytes;
         });
     });
 }

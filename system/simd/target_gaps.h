@@ -19,6 +19,20 @@ template <class V> HWY_INLINE V lesser_doubles(V a, V b) {
 #endif
 }
 
+// The largest byte. Highway lacks this for bytes on WebAssembly.
+template <class D> HWY_INLINE std::uint8_t largest_byte([[maybe_unused]] D d, hwy::HWY_NAMESPACE::VFromD<D> v) {
+#if HWY_TARGET == HWY_WASM
+    const auto fold = [&](auto shuffled) { v = hwy::HWY_NAMESPACE::Max(v, shuffled); };
+    fold(decltype(v){wasm_i64x2_shuffle(v.raw, v.raw, 1, 0)});
+    fold(decltype(v){wasm_i32x4_shuffle(v.raw, v.raw, 1, 0, 3, 2)});
+    fold(decltype(v){wasm_i16x8_shuffle(v.raw, v.raw, 1, 0, 3, 2, 5, 4, 7, 6)});
+    fold(decltype(v){wasm_u16x8_shr(v.raw, 8)});
+    return hwy::HWY_NAMESPACE::GetLane(v);
+#else
+    return hwy::HWY_NAMESPACE::GetLane(hwy::HWY_NAMESPACE::MaxOfLanes(d, v));
+#endif
+}
+
 #if HWY_TARGET != HWY_SCALAR
 // table[index] within each block of 16 bytes; 0 if bit 7 of the index is set, undefined for indices 16 to 127. On
 // WebAssembly Highway's version is a loop over bytes.

@@ -34,6 +34,7 @@ FLOORS = {
     "tools/pbm-export": {"system", "pbm_format", "command_line"},
     "data/pbm-sample": {"system", "command_line"},
     "bindings/c": {"system", "pbm_format", "pbm_render", "pbm_scan", "pbm_build", "pbm-build"},
+    "bindings/web": set(),
 }
 
 # Rooms of a floor, lowest first; rooms on one line do not include each other. "." stands for the files of the floor's own
@@ -54,7 +55,8 @@ ROOMS = {
 
 # What needs an operating system, and the rooms of the floors that must do without it.
 OPERATING_SYSTEM = re.compile(r"system/(files|processes)/")
-PORTABLE = re.compile(r"format_spec/pbm_format/(?!writing/)|runtime/pbm_(surface|bake|render)/")
+PORTABLE = re.compile(
+    r"format_spec/pbm_format/(?!writing/)|runtime/pbm_(surface|bake|render)/|bindings/c/(?!files|builder)|bindings/web/")
 
 MOST_FILES = 17  # sources and headers that one folder shows
 
@@ -67,6 +69,7 @@ HOMES = {
     r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|command_line/json_report\.cpp|tools/.*\.cpp|tools/pbm-build/pbm_scan/gltf/gltf_json\.h|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools|data|bindings)/.*",
     r"std(def|int)\.h": r"bindings/c/pbm\.h",
+    r"pbm/pbm\.h": r"bindings/web/.*\.cpp",
     # In the builder only what runs once per sample or point: vectors elsewhere are the compiler's.
     r"hwy/.*": (
         r"(system/simd|format_spec/pbm_format|runtime/pbm_(surface|bake|render))/.*\.(cpp|h)"

@@ -11,6 +11,8 @@
 
 #include <hwy/highway.h>
 
+#include "system/simd/target_gaps.h"
+
 #ifndef PBM_FORMAT_BRICK_INDEX_TABLE
 #define PBM_FORMAT_BRICK_INDEX_TABLE
 namespace pbm {
@@ -74,7 +76,7 @@ HWY_INLINE std::uint8_t largest_of(const std::uint8_t *radii, std::size_t count)
     auto largest = hn::LoadU(d, radii + count - lanes); // overlaps the last whole vector
     for (std::size_t i = 0; i + lanes <= count; i += lanes)
         largest = hn::Max(largest, hn::LoadU(d, radii + i));
-    return hn::GetLane(hn::MaxOfLanes(d, largest));
+    return largest_byte(d, largest);
 }
 
 #if HWY_TARGET == HWY_SCALAR

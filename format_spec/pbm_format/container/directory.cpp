@@ -163,7 +163,7 @@ Result<LevelDirectory> decode_directory(ByteView bytes, int level, const Attribu
             return broken("5.5.2", at + 41, "reserved bytes are not zero", 0, in.reserved());
         if (const Status status = check_chunk_entry(chunk, level, chunk_points, at); !status)
             return status.error();
-        if (const Status status = check_stream_sizes(chunk, streams, level, set, at); !status)
+        if (const Status status = check_stream_sizes(chunk, {streams.begin(), streams.size()}, level, set, at); !status)
             return status.error();
         if (mapped && !all_raw(chunk))
             return broken("5.4.4", at + kChunkEntryFixedBytes, "a stream of a mapped file is filtered or compressed",

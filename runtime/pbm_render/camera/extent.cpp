@@ -121,7 +121,9 @@ std::vector<glm::dvec3> outer_corners(const std::vector<MortonCode> &codes, int 
 // The corner that is farthest from a point.
 glm::dvec3 farthest_corner(const std::vector<glm::dvec3> &corners, glm::dvec3 from) {
     const auto squared_distance = [&](glm::dvec3 p) { return glm::dot(p - from, p - from); };
-    return *std::ranges::max_element(corners, {}, squared_distance);
+    return *std::max_element(corners.begin(), corners.end(), [&](const glm::dvec3 &a, const glm::dvec3 &b) {
+        return squared_distance(a) < squared_distance(b);
+    });
 }
 
 // Centre of the smallest sphere around a few points: moves towards the farthest point in shrinking steps.

@@ -8,7 +8,6 @@
 #include "pbm_render/shading/surface_shader.h"
 #include "pbm_render/surroundings/surroundings.h"
 #include "system/threads/parallel.h"
-#include "system/threads/thread_pool.h"
 
 #include <glm/geometric.hpp>
 
@@ -74,9 +73,9 @@ struct Picture {
 } // namespace
 
 struct FineRenderer::Frame {
-    Frame(const ModelParameters &p, std::uint32_t chunk_points, int threads, std::shared_ptr<const Surroundings> around)
-        : parameters(p), surroundings(std::move(around)), appearance(p), runs(chunk_points),
-          pool(resolve_threads(threads)) {}
+    Frame(const ModelParameters &p, std::uint32_t chunk_points, std::shared_ptr<ThreadPool> threads,
+          std::shared_ptr<const Surroundings> around)
+        : parameters(p), surroundings(std::move(around)), appearance(p), runs(chunk_points), pool(std::move(threads)) {}
 
     std::uint64_t draw(int top, int rows, const Sample &sample, Workplace &at);
     void collect_row(int y, const Sample &sample, Workplace &at) const;
@@ -89,7 +88,7 @@ struct FineRenderer::Frame {
     const std::shared_ptr<const Surroundings> surroundings;
     Appearance appearance;
     DrawnRuns runs;
-    ThreadPool pool;
+    const std::shared_ptr<ThreadPool> pool;
 
     std::optional<Picture> picture;
     std::vector<Workplace> workplaces; // [thread]
@@ -100,7 +99,12 @@ struct FineRenderer::Frame {
 
 FineRenderer::FineRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
                            std::shared_ptr<const Surroundings> surroundings)
-    : frame_(std::make_unique<Frame>(parameters, chunk_points, threads, std::move(surroundings))) {}
+    : FineRenderer(parameters, chunk_points, std::make_shared<ThreadPool>(resolve_threads(threads)),
+                   std::move(surroundings)) {}
+
+FineRenderer::FineRenderer(const ModelParameters &parameters, std::uint32_t chunk_points,
+                           std::shared_ptr<ThreadPool> pool, std::shared_ptr<const Surroundings> surroundings)
+    : frame_(std::make_unique<Frame>(parameters, chunk_points, std::move(pool), std::move(surroundings))) {}
 
 FineRenderer::~FineRenderer() = default;
 
@@ -123,7 +127,7 @@ void FineRenderer::begin(std::span<const PointRun> runs, const Camera &camera, c
     frame.runs.set(runs);
     frame.picture.emplace(frame.parameters, frame.appearance, frame.surroundings.get(), camera, options, target);
     frame.workplaces.clear();
-    for (int i = 0; i < frame.pool.threads(); ++i)
+    for (int i = 0; i < frame.pool->threads(); ++i)
         frame.workplaces.emplace_back(target.width);
     frame.sum_of_light.resize(target.pixels());
     frame.first_depth.resize(frame.picture->with_depths ? target.pixels() : 0);
@@ -140,7 +144,7 @@ RenderStatistics FineRenderer::add_sample(const std::atomic<bool> *stop) {
     const FrameGeometry geometry(projection, picture.width, picture.height);
     const Sample sample{offset, geometry};
     frame.runs.begin_view(geometry);
-    frame.pool.run(frame.runs.size(), [&](std::size_t run, std::size_t) {
+    frame.pool->run(frame.runs.size(), [&](std::size_t run, std::size_t) {
         if (!stopped())
             frame.runs.cull(run, geometry, [&](const RunGeometry &of, std::span<SeenBrick> seen) {
                 widen_bricks(geometry, of, seen);
@@ -152,7 +156,7 @@ RenderStatistics FineRenderer::add_sample(const std::atomic<bool> *stop) {
     const int rows = std::max(kMinStripRows, kStripPixels / picture.width);
     const auto count = static_cast<std::size_t>((picture.height + rows - 1) / rows);
     std::vector<std::uint64_t> drawn(count);
-    frame.pool.run(count, [&](std::size_t i, std::size_t thread) {
+    frame.pool->run(count, [&](std::size_t i, std::size_t thread) {
         if (!stopped())
             drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, sample, frame.workplaces[thread]);
     });
@@ -167,8 +171,8 @@ int FineRenderer::samples() const { return frame_->picture ? frame_->picture->sa
 
 void FineRenderer::resolve(Framebuffer &target) {
     const ColourTable colours;
-    frame_->pool.run(static_cast<std::size_t>(target.height),
-                     [&](std::size_t y, std::size_t) { frame_->resolve_row(static_cast<int>(y), colours, target); });
+    frame_->pool->run(static_cast<std::size_t>(target.height),
+                      [&](std::size_t y, std::size_t) { frame_->resolve_row(static_cast<int>(y), colours, target); });
 }
 
 // Adds a sample to `rows` rows from row `top` on. Returns the number of points drawn.

@@ -20,6 +20,7 @@
 #include "pbm_render/picture/framebuffer.h"
 #include "pbm_render/picture/render_options.h"
 #include "pbm_render/surroundings/surroundings.h"
+#include "system/threads/thread_pool.h"
 
 #include <atomic>
 #include <memory>
@@ -34,6 +35,9 @@ class FineRenderer {
     // `parameters` must outlive the renderer. `chunk_points` is that of the file's header. `threads`: 0 asks for one
     // per processor. Without `surroundings` the background has one colour.
     FineRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
+                 std::shared_ptr<const Surroundings> surroundings = nullptr);
+    // The same with threads that others use too, but not while this renderer draws.
+    FineRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, std::shared_ptr<ThreadPool> pool,
                  std::shared_ptr<const Surroundings> surroundings = nullptr);
     ~FineRenderer();
     FineRenderer(const FineRenderer &) = delete;

@@ -140,6 +140,55 @@ TEST(CApiPicture, RefusesCamerasThatSeeNothing) {
     EXPECT_EQ(pbm_render(nullptr, &good, nullptr, &picture.api, &error), PBM_USAGE);
 }
 
+TEST(CApiPicture, ShowsTheRestOfADamagedModel) {
+    std::vector<std::uint8_t> bytes = ball_bytes({{"depth", "7"}});
+    pbm_model *whole = nullptr, *damaged = nullptr;
+    pbm_error error;
+    ASSERT_EQ(pbm_open_memory(bytes.data(), bytes.size(), &whole, &error), PBM_OK) << error.message;
+    const pbm_camera camera = camera_of(whole, 300, 300);
+    Picture expected(300, 300), drawn(300, 300);
+    ASSERT_EQ(pbm_render(whole, &camera, nullptr, &expected.api, &error), PBM_OK) << error.message;
+    pbm_close(whole);
+    for (const double part : {0.15, 0.18, 0.21, 0.24, 0.27}) // in chunks of the finest level; fields lie behind them
+        bytes[static_cast<std::size_t>(part * static_cast<double>(bytes.size()))] ^= 1U;
+    ASSERT_EQ(pbm_open_memory(bytes.data(), bytes.size(), &damaged, &error), PBM_OK) << error.message;
+    pbm_render_options options = PBM_NEW(pbm_render_options);
+    options.finest_level = 6;
+    EXPECT_EQ(pbm_render(damaged, &camera, &options, &drawn.api, &error), PBM_OK) << error.message;
+    for (int again = 0; again < 2; ++again) {
+        std::fill(drawn.pixels.begin(), drawn.pixels.end(), std::uint8_t{0});
+        EXPECT_EQ(pbm_render(damaged, &camera, nullptr, &drawn.api, &error), PBM_INVALID);
+        EXPECT_NE(error.offset, PBM_NO_OFFSET);
+        EXPECT_STRNE(error.name, "");
+        EXPECT_NEAR(drawn_pixels(drawn), drawn_pixels(expected), 0.1 * drawn_pixels(expected));
+        EXPECT_NE(drawn.pixels, expected.pixels); // a coarser level in one place
+    }
+    pbm_close(damaged);
+}
+
+TEST(CApiPicture, IsCoarserWhereMemoryIsLimited) {
+    const std::vector<std::uint8_t> bytes = ball_bytes({{"depth", "7"}});
+    pbm_model *model = nullptr;
+    pbm_error error;
+    ASSERT_EQ(pbm_open_memory(bytes.data(), bytes.size(), &model, &error), PBM_OK) << error.message;
+    const pbm_camera camera = camera_of(model, 300, 300);
+    Picture exact(300, 300), limited(300, 300), coarse(300, 300);
+    ASSERT_EQ(pbm_render(model, &camera, nullptr, &exact.api, &error), PBM_OK) << error.message;
+    pbm_render_options options = PBM_NEW(pbm_render_options);
+    options.max_memory = std::uint64_t{400} << 10;
+    EXPECT_EQ(pbm_render(model, &camera, &options, &limited.api, &error), PBM_LIMIT);
+    EXPECT_STREQ(error.name, "");
+    EXPECT_NEAR(drawn_pixels(limited), drawn_pixels(exact), 0.2 * drawn_pixels(exact));
+    EXPECT_NE(limited.pixels, exact.pixels);
+    options.max_error = 20; // a picture that needs less
+    EXPECT_EQ(pbm_render(model, &camera, &options, &coarse.api, &error), PBM_OK) << error.message;
+    options.max_memory = std::uint64_t{64} << 20;
+    options.max_error = 0;
+    EXPECT_EQ(pbm_render(model, &camera, &options, &limited.api, &error), PBM_OK) << error.message;
+    EXPECT_EQ(limited.pixels, exact.pixels);
+    pbm_close(model);
+}
+
 TEST(CApiPicture, RefusesSizesAndOptionsThatAreNone) {
     const BallModel ball;
     const pbm_camera camera = camera_of(ball.get(), kWidth, kHeight);

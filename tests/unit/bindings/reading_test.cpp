@@ -267,8 +267,10 @@ TEST(CApiPoints, RefusesArraysThatAreTooShort) {
 // A file behind a callback.
 struct Server {
     std::vector<std::uint8_t> bytes;
-    std::uint64_t sent = 0;
+    std::uint64_t sent = 0, last = 0; // bytes; end of the last range
     bool fails = false;
+    std::uint64_t arrived = UINT64_MAX; // bytes of the file; the others come later
+    std::vector<std::pair<std::uint64_t, std::uint64_t>> later{};
     pbm_model *model = nullptr; // asked from within the callback
     pbm_code inner = PBM_OK;
 
@@ -278,11 +280,16 @@ struct Server {
         EXPECT_LE(size, server.bytes.size() - offset);
         if (server.fails)
             return 1;
+        if (offset + size > server.arrived) {
+            server.later.emplace_back(offset, size);
+            return PBM_LATER;
+        }
         std::uint64_t count = 0;
         if (server.model != nullptr)
             server.inner = pbm_count_points(server.model, 0, &count, nullptr);
         std::memcpy(to, server.bytes.data() + offset, static_cast<std::size_t>(size));
         server.sent += size;
+        server.last = std::max(server.last, offset + size);
         return 0;
     }
 };
@@ -334,6 +341,95 @@ TEST(CApiRanges, ReportsWhatTheCallbackCannotRead) {
     EXPECT_EQ(server.inner, PBM_USAGE); // a callback has called with its own handle
     pbm_close(model);
     EXPECT_EQ(pbm_open_ranges(Server::read, &server, 10, &model, &error), PBM_INVALID);
+}
+
+// Bytes arrive in order, piece by piece: pictures become finer, and the last one is that of the whole file.
+TEST(CApiRanges, DrawWhatHasArrived) {
+    for (const char *const store : {"packed", "mapped"}) {
+        const Options options{{"depth", "7"},          {"store", store},          {"ground", "wood"},
+                              {"panorama", "default"}, {"panorama-width", "256"}, {"ground-resolution", "64"}};
+        Server server{.bytes = ball_bytes(options), .arrived = 0};
+        pbm_model *whole = nullptr, *ranged = nullptr;
+        pbm_error error;
+        ASSERT_EQ(pbm_open_memory(server.bytes.data(), server.bytes.size(), &whole, &error), PBM_OK) << error.message;
+        const pbm_camera camera = camera_of(whole, 300, 200);
+        Picture exact(300, 200), drawn(300, 200);
+        ASSERT_EQ(pbm_render(whole, &camera, nullptr, &exact.api, &error), PBM_OK) << error.message;
+        EXPECT_EQ(pbm_open_ranges(Server::read, &server, server.bytes.size(), &ranged, &error), PBM_PENDING);
+        EXPECT_EQ(error.code, PBM_PENDING);
+        EXPECT_EQ(error.offset, 0U);
+        EXPECT_EQ(ranged, nullptr);
+
+        int pending = 0, pictures = 0;
+        bool is_exact = false;
+        for (; !is_exact; server.arrived += 4096) {
+            ASSERT_LT(server.arrived, server.bytes.size() + 4096);
+            if (ranged == nullptr) {
+                pbm_open_ranges(Server::read, &server, server.bytes.size(), &ranged, &error);
+                continue;
+            }
+            pbm_info info = PBM_NEW(pbm_info);
+            const pbm_code informed = pbm_get_info(ranged, &info, &error);
+            pbm_camera chosen = PBM_NEW(pbm_camera);
+            EXPECT_EQ(pbm_default_camera(ranged, 300, 200, &chosen, &error), informed);
+            if (informed == PBM_OK)
+                EXPECT_EQ(chosen.position[2], camera.position[2]);
+            else
+                EXPECT_EQ(informed, PBM_PENDING) << error.message;
+            pending += informed == PBM_PENDING ? 1 : 0;
+            server.later.clear();
+            ASSERT_EQ(pbm_render(ranged, &camera, nullptr, &drawn.api, &error), PBM_OK) << error.message;
+            is_exact = server.later.empty();
+            ++pictures;
+            EXPECT_TRUE(!is_exact || drawn.pixels == exact.pixels);
+        }
+        EXPECT_GT(pending, 0);
+        EXPECT_GT(pictures, 3);
+        EXPECT_EQ(drawn.pixels, exact.pixels);
+        EXPECT_EQ(drawn.depths, exact.depths);
+        pbm_close(whole);
+        pbm_close(ranged);
+    }
+}
+
+// A call that lacks bytes asks for all ranges that it knows it needs, so that they can be fetched at once.
+TEST(CApiRanges, AsksForAllRangesThatItKnowsOf) {
+    Server server{.bytes = ball_bytes({{"depth", "7"}})};
+    pbm_model *model = nullptr;
+    pbm_error error;
+    ASSERT_EQ(pbm_open_ranges(Server::read, &server, server.bytes.size(), &model, &error), PBM_OK) << error.message;
+    const std::uint64_t opened = server.last;
+    for (const int level : {1, 7}) {
+        server.later.clear();
+        server.arrived = opened;
+        std::uint64_t count = 0;
+        EXPECT_EQ(pbm_count_points(model, level, &count, &error), PBM_PENDING);
+        EXPECT_EQ(server.later.size(), level == 1 ? 1U : 6U); // directories
+        server.later.clear();
+        server.arrived = UINT64_MAX;
+        ASSERT_EQ(pbm_count_points(model, level, &count, &error), PBM_OK) << error.message;
+        std::vector<double> positions(static_cast<std::size_t>(3 * count));
+        std::vector<float> heights(static_cast<std::size_t>(count));
+        float *const fields[] = {heights.data()};
+        pbm_points to = PBM_NEW(pbm_points);
+        to.capacity = count;
+        to.positions = positions.data();
+        for (const int field_count : {0, 1}) {
+            to.fields = fields;
+            to.field_count = field_count;
+            server.arrived = opened;
+            // Fields need the whole file, which is kept.
+            const bool is_there = level == 7 && field_count == 1;
+            EXPECT_EQ(pbm_read_points(model, level, &to, nullptr, &error), is_there ? PBM_OK : PBM_PENDING);
+            EXPECT_EQ(server.later.empty(), is_there);
+            server.later.clear();
+            server.arrived = UINT64_MAX;
+            EXPECT_EQ(pbm_read_points(model, level, &to, nullptr, &error), PBM_OK) << error.message;
+        }
+        const Points expected(model, level);
+        EXPECT_TRUE(std::equal(positions.begin(), positions.end(), expected.positions.begin()));
+    }
+    pbm_close(model);
 }
 
 TEST(CApiValidation, GivesVerdictsAndFindings) {

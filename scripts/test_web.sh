@@ -1,0 +1,41 @@
+#!/usr/bin/env bash
+# Sets up, builds and tests the web part: WebAssembly in node, beside the native programs, and pages in Chromium.
+# scripts/test.sh does not need emscripten, which takes 800 MB.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+step() { printf '\n== %s (%d s so far)\n' "$1" "$SECONDS"; }
+
+step packages
+scripts/install_packages.sh web
+
+step "native programs, to compare with"
+cmake --preset release >/dev/null
+cmake --build --preset release --target pbm-render pbm-validate pbm-build
+
+step "WebAssembly"
+cmake --preset web >/dev/null
+cmake --build --preset web
+
+if [ -f bindings/web/package.json ] && [ ! -d build/web/node_modules ]; then
+    step "npm packages of the tests"
+    cp bindings/web/package*.json build/web/
+    npm install --prefix build/web --no-audit --no-fund
+fi
+
+failed=()
+for test in bindings/web/tests/{module,browser}.*.mjs; do
+    [ -f "$test" ] || continue
+    step "$test"
+    node --test --test-reporter=spec "$test" || failed+=("$test")
+done
+
+step size
+for file in build/web/package/*.wasm; do
+    printf '%-40s %8d bytes, %7d by gzip\n' "$file" "$(wc -c <"$file")" "$(gzip -9 -c "$file" | wc -c)"
+done
+if [ ${#failed[@]} -ne 0 ]; then
+    printf 'FAILED: %s\n' "${failed[@]}"
+    exit 1
+fi
+echo "all passed"
