@@ -93,7 +93,14 @@ check(sizes["model_bytes"] == after.st_size, f"size of the model: {sizes}")
 check(sizes["poster_bytes"] == (folder / "poster.jpg").stat().st_size, f"size of the poster: {sizes}")
 check(sizes["page_bytes"] == (folder / "index.html").stat().st_size, f"size of the page: {sizes}")
 shown = Page(folder / "index.html").elements["pbm-viewer"]
-theta, phi, radius = (float(word.removesuffix("rad")) for word in shown["camera-orbit"].split())
+theta, phi, percent = (float(word.removesuffix("rad").removesuffix("%")) for word in shown["camera-orbit"].split())
+# The element's 100 %: the sphere around the voxels of level 6 touches the nearer borders of the picture.
+info = json.loads(run("pbm-info", folder.relative_to(work) / "a #1%.pbvg", "--json"))
+text = run("pbm-export", folder.relative_to(work) / "a #1%.pbvg", "--level", 6, "--ascii", "-o", "-")
+centres = [[float(word) for word in line.split()[:3]] for line in text.partition("end_header\n")[2].splitlines()]
+voxel = info["voxel_size"] * 2 ** (info["depth"] - 6)
+diagonal = math.dist([min(axis) for axis in zip(*centres)], [max(axis) + voxel for axis in zip(*centres)])
+radius = percent / 100 * diagonal / 2 / math.sin(math.radians(10))
 aim = [float(word) for word in shown["camera-target"].split()]
 seen = [aim[0] + radius * math.sin(phi) * math.sin(theta), aim[1] + radius * math.cos(phi),
         aim[2] + radius * math.sin(phi) * math.cos(theta)]  # the sample's up axis is y
@@ -104,6 +111,12 @@ check(abs(float(shown["field-of-view"].removesuffix("rad")) - math.radians(20)) 
 # What cannot be: nothing is written, and the model stays.
 refused(2, "the viewer for web pages is not there", "pbm-render", "site/of a scan/a #1%.pbvg", "--page", "none", web="/nowhere")
 check(not (work / "none").exists(), "a page without a viewer left a folder")
+(work / "mine").mkdir()
+(work / "mine/index.html").write_text("my page")
+for arguments in (("pbm-render", "site/of a scan/a #1%.pbvg"), ("pbm-build", "a #1%.ply")):
+    refused(2, "mine/index.html: --page did not write this file", *arguments, "--page", "mine")
+    check([path.name for path in (work / "mine").iterdir()] == ["index.html"], f"{arguments[0]} wrote beside a foreign page")
+refused(2, "the viewer for web pages is not there", "pbm-build", "a #1%.ply", "--page", "none", web="/nowhere")
 (work / "file").write_bytes(b"")
 refused(2, "cannot make this folder", "pbm-render", "site/of a scan/a #1%.pbvg", "--page", "file")
 refused(2, "cannot make this folder", "pbm-build", "a #1%.ply", "--page", "file")

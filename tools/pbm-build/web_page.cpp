@@ -1,6 +1,7 @@
 #include "web_page.h"
 
 #include "command_line/command_line.h"
+#include "command_line/web_viewer.h"
 #include "system/processes/child_program.h"
 
 #include <algorithm>
@@ -22,6 +23,10 @@ std::optional<int> begin_page(std::string_view program, const Arguments &argumen
     if (find_program(kRenderer).empty())
         return command_line::fail(program, "--page",
                                   {ErrorCode::memory, 0, "pbm-render makes the page, and it is not installed"});
+    if (const auto viewer = command_line::find_web_viewer(); !viewer)
+        return command_line::fail(program, "--page", viewer.error());
+    if (const Status free = command_line::check_page_folder(arguments.page); !free)
+        return command_line::fail(program, "--page", free.error());
     std::error_code error;
     std::filesystem::create_directories(arguments.page, error);
     if (!error)

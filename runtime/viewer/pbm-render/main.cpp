@@ -1,6 +1,7 @@
 // pbm-render: pictures of a binary voxel grid without a window.
 #include "command_line/common_options.h"
 #include "command_line/json_report.h"
+#include "command_line/web_viewer.h"
 #include "system/files/file_names.h"
 #include "system/processes/this_process.h"
 #include "system/threads/parallel.h"
@@ -367,6 +368,7 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
                                           .metadata = drawer.metadata(),
                                           .view = view,
                                           .camera = camera,
+                                          .extent = drawer.extent(),
                                           .up = up_of(view, drawer.grid()),
                                           .poster = picture});
         if (!page)
@@ -446,8 +448,12 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
     if (const Status affordable = check_picture_memory(view); !affordable)
         return command_line::fail(kProgram, arguments.output, affordable.error());
 
-    if (const Status there = arguments.page.empty() ? Status() : check_web_viewer(); !there)
-        return fail("--page", there.error());
+    if (!arguments.page.empty()) {
+        if (const auto viewer = command_line::find_web_viewer(); !viewer)
+            return fail("--page", viewer.error());
+        if (const Status free = command_line::check_page_folder(arguments.page); !free)
+            return fail("--page", free.error());
+    }
     const auto prepared = prepare(arguments);
     if (!prepared)
         return command_line::fail(kProgram, arguments.input, prepared.error());

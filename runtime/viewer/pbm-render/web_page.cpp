@@ -1,17 +1,19 @@
 #include "web_page.h"
 
+#include "command_line/web_viewer.h"
 #include "pbm_render/camera/camera.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"
 #include "viewer/pictures/jpeg_encoder.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -28,21 +30,6 @@ constexpr int kPosterQuality = 80;
 Error of_file(const fs::path &file, Error error) {
     error.message = file.string() + ": " + error.message;
     return error;
-}
-
-// The folder with the viewer's files.
-Result<fs::path> find_viewer() {
-    std::error_code ignored;
-    const fs::path programs = fs::read_symlink("/proc/self/exe", ignored).parent_path();
-    std::vector<fs::path> folders{programs / "../share/pbm/web", programs / "../../web/package"};
-    if (const char *named = std::getenv("PBM_WEB"); named != nullptr && *named != '\0')
-        folders = {named};
-    for (const fs::path &folder : folders)
-        if (fs::is_regular_file(folder / kList, ignored))
-            return folder.lexically_normal();
-    return Error{ErrorCode::io, 0,
-                 folders.front().lexically_normal().string() +
-                     ": the viewer for web pages is not there; install it, or name its folder in PBM_WEB"};
 }
 
 Result<std::string> read_text(const fs::path &file) {
@@ -95,6 +82,19 @@ std::string title_of(const WebPage &page) {
     return fs::path(page.name).stem().string();
 }
 
+// The distance that the element calls 100 % (orbitFrom in bindings/web/viewer/orbit.js): the sphere around the model's
+// box touches the nearer borders of the picture.
+double whole_radius(const WebPage &page) {
+    glm::dvec3 lowest(std::numeric_limits<double>::infinity()), highest = -lowest;
+    for (const glm::dvec3 &corner : page.extent.corners) {
+        lowest = glm::min(lowest, corner);
+        highest = glm::max(highest, corner);
+    }
+    const double vertical = page.camera.view_angle / 2;
+    const double horizontal = std::atan(std::tan(vertical) * page.poster.width / page.poster.height);
+    return glm::length(highest - lowest) / 2 / std::sin(std::min(vertical, horizontal));
+}
+
 // The attributes of a view that the command line asks for; without one the element frames the model itself.
 std::string view_attributes(const WebPage &page) {
     const ViewOptions &view = page.view;
@@ -103,11 +103,11 @@ std::string view_attributes(const WebPage &page) {
     const Camera &camera = page.camera;
     const glm::dvec3 up = up_direction(page.up), front = front_direction(page.up), right = glm::cross(up, front);
     const glm::dvec3 away = camera.position - camera.focal_point;
-    const double radius = glm::length(away);
+    const double radius = glm::length(away), percent = 100 * radius / whole_radius(page);
     std::ostringstream text;
     text.precision(9);
     text << "\n            camera-orbit=\"" << std::atan2(glm::dot(away, right), glm::dot(away, front)) << "rad "
-         << std::acos(std::clamp(glm::dot(away, up) / radius, -1.0, 1.0)) << "rad " << radius << "\" camera-target=\""
+         << std::acos(std::clamp(glm::dot(away, up) / radius, -1.0, 1.0)) << "rad " << percent << "%\" camera-target=\""
          << camera.focal_point.x << ' ' << camera.focal_point.y << ' ' << camera.focal_point.z << "\" field-of-view=\""
          << camera.view_angle << "rad\"";
     return text.str();
@@ -136,7 +136,7 @@ std::string filled(const std::string &text, const std::vector<std::pair<std::str
 
 // Copies the files of the list; adds their sizes.
 Status copy_viewer(const fs::path &from, const fs::path &to, WebPageSizes &sizes) {
-    const Result<std::string> list = read_text(from / kList);
+    const Result<std::string> list = read_text(from / command_line::kPageFiles);
     if (!list)
         return list.error();
     std::istringstream lines(*list);
@@ -154,16 +154,13 @@ Status copy_viewer(const fs::path &from, const fs::path &to, WebPageSizes &sizes
 
 } // namespace
 
-Status check_web_viewer() {
-    const Result<fs::path> found = find_viewer();
-    return found ? Status() : Status(found.error());
-}
-
 Result<WebPageSizes> write_web_page(const WebPage &page) {
-    const Result<fs::path> viewer = find_viewer();
+    const Result<std::string> viewer = command_line::find_web_viewer();
     if (!viewer)
         return viewer.error();
-    const Result<std::string> form = read_text(*viewer / kTemplate);
+    if (Status free = command_line::check_page_folder(page.folder); !free)
+        return free.error();
+    const Result<std::string> form = read_text(fs::path(*viewer) / command_line::kPageForm);
     if (!form)
         return form.error();
     const fs::path folder = page.folder;

@@ -18,6 +18,7 @@ struct WebPage {
     std::string_view metadata; // of the model: its name becomes the title
     const ViewOptions &view;   // camera and background
     const Camera &camera;      // of the poster
+    const Extent &extent;      // of the model
     UpAxis up;
     const Framebuffer &poster; // what the page shows until the model is there
 };
@@ -29,15 +30,9 @@ struct WebPageSizes {
     std::uint64_t threaded_viewer = 0; // what pages that are cross-origin isolated load as well
 };
 
-// Whether the viewer's files are there: from $PBM_WEB, from ../share/pbm/web beside this program, or from the build
-// tree.
-//
-// errors  io
-Status check_web_viewer();
-
 // Writes index.html, the model, the poster and the viewer's files; replaces those of before one by one, the page last.
 //
-// errors  io  the viewer is not installed; a file cannot be written; the message names the file
+// errors  those of find_web_viewer and check_page_folder; io: a file cannot be written; the message names the file
 Result<WebPageSizes> write_web_page(const WebPage &page);
 
 } // namespace pbm

@@ -446,10 +446,11 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
 
 void add_page_options(CommandLine &line, Arguments &arguments) {
     line.topic = "Output";
-    line.add("--page",
-             "Also a page that shows the model, for a web server: a folder, in which the output lies without -o",
-             &arguments.page,
-             {.type = "DIR", .is_setting = false, .excludes = {"--action-key", "--batch", "--plan", "--shard"}});
+    line.add(
+        "--page",
+        "Also write a folder for a web server, with a page that shows the model; without -o the model lies there alone",
+        &arguments.page,
+        {.type = "DIR", .is_setting = false, .excludes = {"--action-key", "--batch", "--plan", "--shard"}});
     line.add("--page-view", "Options of pbm-render for the view of the page, in one word", &arguments.page_view,
              {.type = "OPTIONS", .is_setting = false, .needs = "--page"});
 }

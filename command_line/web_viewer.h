@@ -1,0 +1,23 @@
+// Where the viewer for web pages lies, and whether a page may be written: what pbm-build and pbm-render ask before they
+// start to work for --page.
+#pragma once
+
+#include "system/error.h"
+
+#include <string>
+
+namespace pbm::command_line {
+
+inline constexpr const char *kPageForm = "page.html", *kPageFiles = "page_files.txt", *kPage = "index.html";
+
+// The folder of the viewer's files: $PBM_WEB, share/pbm/web of the installation, or that of the build tree.
+//
+// errors  io  the viewer is not installed; the message names the folder and how to get the viewer
+Result<std::string> find_web_viewer();
+
+// Whether `folder` can take a page: a page that is there was written by these programs.
+//
+// errors  io  the message names the file and what to do
+Status check_page_folder(const std::string &folder);
+
+} // namespace pbm::command_line
