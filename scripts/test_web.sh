@@ -11,21 +11,18 @@ scripts/install_packages.sh web
 
 step "native programs, to compare with"
 cmake --preset release >/dev/null
-cmake --build --preset release --target pbm-render pbm-validate pbm-build
+cmake --build --preset release --target pbm-render pbm-validate pbm-build pbm-sample
 
 step "WebAssembly"
 cmake --preset web >/dev/null
 cmake --build --preset web
+scripts/make_web_package.sh
 
-if [ -f bindings/web/package.json ] && [ ! -d build/web/node_modules ]; then
-    step "npm packages of the tests"
-    cp bindings/web/package*.json build/web/
-    npm install --prefix build/web --no-audit --no-fund
-fi
+step "npm packages of the tests"
+npm install --prefix bindings/web --no-package-lock --no-audit --no-fund
 
 failed=()
-for test in bindings/web/tests/{module,browser}.*.mjs; do
-    [ -f "$test" ] || continue
+for test in bindings/web/tests/{module,viewer,browser}.*.mjs; do
     step "$test"
     node --test --test-reporter=spec "$test" || failed+=("$test")
 done

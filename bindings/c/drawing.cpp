@@ -248,6 +248,7 @@ Status Drawing::open_surroundings() {
     surroundings_ = std::make_shared<const Surroundings>(model_.reader().parameters(), std::move(*images));
     fast_.reset();
     fine_.reset();
+    fine_picture_.reset();
     return {};
 }
 
@@ -278,9 +279,7 @@ void Drawing::render(const Detail &detail, const Request &request, Framebuffer &
     const Reader &reader = model_.reader();
     const Camera &camera = request.view.camera;
     if (request.fine) {
-        if (!fine_)
-            fine_.emplace(reader.parameters(), reader.header().chunk_points, pool_, surroundings_);
-        fine_->render(detail.runs, camera, request.render, target, request.samples);
+        render_fine(detail, request, target);
     } else {
         if (!fast_)
             fast_.emplace(reader.parameters(), reader.header().chunk_points, pool_, surroundings_);
@@ -288,7 +287,24 @@ void Drawing::render(const Detail &detail, const Request &request, Framebuffer &
     }
 }
 
+void Drawing::render_fine(const Detail &detail, const Request &request, Framebuffer &target) {
+    const Reader &reader = model_.reader();
+    if (!fine_)
+        fine_.emplace(reader.parameters(), reader.header().chunk_points, pool_, surroundings_);
+    FinePicture picture{
+        .view = request.view, .options = request.render, .with_depths = !target.depth.empty(), .chunks = detail.chunks};
+    if (fine_picture_ != picture || fine_->samples() > request.samples) {
+        fine_->begin(detail.runs, request.view.camera, request.render, target);
+        fine_picture_ = std::move(picture);
+    }
+    while (fine_->samples() < request.samples)
+        fine_->add_sample();
+    fine_->resolve(target);
+}
+
 Status Drawing::draw(const Request &request, Framebuffer &target) {
+    if (fine_picture_ && !(request.fine && fine_picture_->view == request.view))
+        fine_picture_.reset(); // and with it the chunks that only it holds
     const Result<Detail> detail = load(request.view);
     if (!detail)
         return detail.error();
@@ -300,6 +316,7 @@ Status Drawing::draw(const Request &request, Framebuffer &target) {
             surroundings_ ? surroundings_->take_wanted() : std::vector<FileRange>(); // tiles
         if (wanted.empty() || round == kMaxRounds)
             break;
+        fine_picture_.reset(); // it lacks tiles
         const Result<FileBytes::Fetched> fetched = bytes_.fetch(wanted);
         if (!fetched)
             return fetched.error();

@@ -50,6 +50,7 @@ class Drawing {
     Status open_surroundings();
     Result<Detail> load(const DetailView &view);
     void render(const Detail &detail, const Request &request, Framebuffer &target);
+    void render_fine(const Detail &detail, const Request &request, Framebuffer &target);
 
     const FileBytes &bytes_;
     const Limits limits_;
@@ -59,6 +60,16 @@ class Drawing {
     std::shared_ptr<const Surroundings> surroundings_; // refers to the model; null until its directories have arrived
     std::optional<FastRenderer> fast_;                 // created on first use
     std::optional<FineRenderer> fine_;
+
+    // The fine picture that was drawn last: one of more samples goes on from there.
+    struct FinePicture {
+        DetailView view;
+        RenderOptions options;
+        bool with_depths = false;
+        std::vector<std::shared_ptr<const void>> chunks;
+        bool operator==(const FinePicture &) const = default;
+    };
+    std::optional<FinePicture> fine_picture_;
     std::optional<Error> damage_, lacks_memory_;
 };
 

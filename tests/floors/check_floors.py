@@ -35,6 +35,7 @@ FLOORS = {
     "data/pbm-sample": {"system", "command_line"},
     "bindings/c": {"system", "pbm_format", "pbm_render", "pbm_scan", "pbm_build", "pbm-build"},
     "bindings/web": set(),
+    "bindings/web/bench": {"system", "pbm_format"},
 }
 
 # Rooms of a floor, lowest first; rooms on one line do not include each other. "." stands for the files of the floor's own

@@ -1,11 +1,19 @@
 // Errors as values of JavaScript.
 
 /** Codes of PbmError. */
-export const CODES = Object.freeze(
-    { OK: 0, USAGE: 1, IO: 2, INVALID: 3, LIMIT: 4, UNSUPPORTED: 5, CANCELLED: 6, PENDING: 7 });
+export const CODES = Object.freeze({
+    OK: 0,
+    USAGE: 1,
+    IO: 2,
+    INVALID: 3,
+    LIMIT: 4,
+    UNSUPPORTED: 5,
+    CANCELLED: 6,
+    PENDING: 7,
+});
 /** What went wrong: see pbm.d.ts. */
 export class PbmError extends Error {
-    constructor({ code, offset = null, name = '', rule = '', message }) {
+    constructor({ code, offset = null, name = "", rule = "", message }) {
         super(message);
         this.code = code;
         this.offset = offset;
@@ -14,4 +22,6 @@ export class PbmError extends Error {
     }
 }
 
-export function usage(message) { return new PbmError({ code: CODES.USAGE, message }); }
+export function usage(message) {
+    return new PbmError({ code: CODES.USAGE, message });
+}

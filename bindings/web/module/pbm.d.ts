@@ -13,12 +13,24 @@
 
 /** Codes of PbmError: those of pbm.h, which are the exit codes of the programs. */
 export const CODES: Readonly<{
-    OK: 0; USAGE: 1; IO: 2; INVALID: 3; LIMIT: 4; UNSUPPORTED: 5; CANCELLED: 6; PENDING: 7;
+    OK: 0;
+    USAGE: 1;
+    IO: 2;
+    INVALID: 3;
+    LIMIT: 4;
+    UNSUPPORTED: 5;
+    CANCELLED: 6;
+    PENDING: 7;
 }>;
 
 /** Bits of Info.attributes. All points have a normal and a radius. */
 export const ATTRIBUTES: Readonly<{
-    COLOURS: 1; MATERIALS: 2; TEXTURE: 4; SHADOWS: 8; GROUND: 16; PANORAMA: 32;
+    COLOURS: 1;
+    MATERIALS: 2;
+    TEXTURE: 4;
+    SHADOWS: 8;
+    GROUND: 16;
+    PANORAMA: 32;
 }>;
 
 /** What every function throws, beside what a callback throws. */
@@ -90,8 +102,9 @@ export interface RenderOptions {
     width: number;
     height: number;
     /** "fine" blends points into a smooth surface and smooths edges; it takes about ten times as long. Default: "fast". */
-    quality?: 'fast' | 'fine';
-    /** Per pixel of fine pictures, 1 .. 256. Default: 8. */
+    quality?: "fast" | "fine";
+    /** Per pixel of fine pictures, 1 .. 256. Default: 8. A picture that differs from the last one of the model in nothing
+     *  but a larger number draws only the samples that it has more. */
     samples?: number;
     /** Pixels: largest edge of a drawn voxel that has children. Larger is coarser and faster. Default: 1.42. */
     maxError?: number;
@@ -105,9 +118,9 @@ export interface RenderOptions {
      *  everything anew. Default: 256 MiB. */
     maxMemory?: number;
     /** Shows the shape of models without colours. Default: "none". */
-    depthCue?: 'none' | 'eye-dome' | 'ambient-occlusion';
+    depthCue?: "none" | "eye-dome" | "ambient-occlusion";
     /** What to leave out. */
-    without?: Array<'texture' | 'colours' | 'shadows' | 'ground' | 'panorama' | 'reflections'>;
+    without?: Array<"texture" | "colours" | "shadows" | "ground" | "panorama" | "reflections">;
 }
 
 export interface Picture {
@@ -170,11 +183,11 @@ export interface Pbm {
  * @param options.base folder of these files. Default: that of pbm.js.
  * @throws PbmError IO if a file is not there
  */
-export function loadPbm(options?: { threads?: 'auto' | number; base?: URL | string }): Promise<Pbm>;
+export function loadPbm(options?: { threads?: "auto" | number; base?: URL | string }): Promise<Pbm>;
 
 export interface Finding {
     /** Only errors make a file invalid. */
-    severity: 'info' | 'warning' | 'error';
+    severity: "info" | "warning" | "error";
     /** Of an error: one of CODES. */
     code: number;
     /** Byte of the file. */
@@ -210,7 +223,7 @@ export interface Validator {
      *      also the averages of coarser levels, and advice. Default: "full".
      *  @param options.maxFindings default: 100
      *  @throws PbmError LIMIT if memory runs out: it needs room for the file and its points, 4 GiB at most */
-    validate(bytes: Uint8Array, options?: { level?: 'quick' | 'full' | 'deep'; maxFindings?: number }): Verdict;
+    validate(bytes: Uint8Array, options?: { level?: "quick" | "full" | "deep"; maxFindings?: number }): Verdict;
 }
 
 /** Loads pbm_validator.js and pbm_validator.wasm. Options and errors as of loadPbm. */

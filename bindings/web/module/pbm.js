@@ -1,54 +1,54 @@
 // PBM for JavaScript: opens, draws and validates binary voxel grids (.pbvg) in web pages, workers and node. pbm.d.ts
 // documents it.
-import { CODES, PbmError, usage } from './errors.js';
-import { CAMERA, ERROR, FINDING, INFO, Memory, OPTIONS, PICTURE, VALIDATION } from './structures.js';
+import { CODES, PbmError, usage } from "./errors.js";
+import { CAMERA, ERROR, FINDING, INFO, Memory, OPTIONS, PICTURE, VALIDATION } from "./structures.js";
 
 export { CODES, PbmError };
 
 /** Bits of Info.attributes. */
 export const ATTRIBUTES = Object.freeze({ COLOURS: 1, MATERIALS: 2, TEXTURE: 4, SHADOWS: 8, GROUND: 16, PANORAMA: 32 });
 
-const LATER = 7, FAILED = 1; // what the callback returns
+const LATER = 7,
+    FAILED = 1; // what the callback returns
 const USE_BACKGROUND = 1;
 const LEAVE_OUT = { texture: 2, colours: 4, shadows: 8, ground: 16, panorama: 32, reflections: 64 };
-const CLIP_PLANE = 1, CLIP_BOX = 2;
+const CLIP_PLANE = 1,
+    CLIP_BOX = 2;
 const QUALITIES = { fast: 0, fine: 1 };
-const DEPTH_CUES = { none: 0, 'eye-dome': 1, 'ambient-occlusion': 2 };
+const DEPTH_CUES = { none: 0, "eye-dome": 1, "ambient-occlusion": 2 };
 const LEVELS = { full: 0, quick: 1, deep: 2 };
-const SEVERITIES = ['info', 'warning', 'error'];
+const SEVERITIES = ["info", "warning", "error"];
 const NO_OFFSET = 2 ** 64; // UINT64_MAX as a number
 const DEFAULT_MAX_MEMORY = 256 * 2 ** 20;
 const MAX_THREADS = 16;
-const IS_NODE = typeof process === 'object' && process.versions?.node !== undefined;
+const IS_NODE = typeof process === "object" && process.versions?.node !== undefined;
 
 function one_of(names, value, what) {
-    if (!Object.hasOwn(names, value))
-        throw usage(`${what} is ${value}, not ${Object.keys(names).join(', ')}`);
+    if (!Object.hasOwn(names, value)) throw usage(`${what} is ${value}, not ${Object.keys(names).join(", ")}`);
     return names[value];
 }
 
 async function compile(url) {
-    if (IS_NODE && url.protocol === 'file:')
-        return WebAssembly.compile(await (await import('node:fs/promises')).readFile(url));
+    if (IS_NODE && url.protocol === "file:")
+        return WebAssembly.compile(await (await import("node:fs/promises")).readFile(url));
     const response = await fetch(url);
-    if (!response.ok)
-        throw new PbmError({ code: CODES.IO, message: `${url} is not there: HTTP ${response.status}` });
+    if (!response.ok) throw new PbmError({ code: CODES.IO, message: `${url} is not there: HTTP ${response.status}` });
     // Hosts that do not know the media type application/wasm send it as bytes.
-    if (response.headers.get('content-type') === 'application/wasm')
-        return WebAssembly.compileStreaming(response);
+    if (response.headers.get("content-type") === "application/wasm") return WebAssembly.compileStreaming(response);
     return WebAssembly.compile(await response.arrayBuffer());
 }
 
 // In node emscripten takes this thread for one of a page, which must not wait.
 function warn(text) {
-    if (!IS_NODE || !text.startsWith('Blocking on the main thread'))
-        console.warn(text);
+    if (!IS_NODE || !text.startsWith("Blocking on the main thread")) console.warn(text);
 }
 
 /** Instantiates a module of emscripten. `callbacks`: what callbacks.js calls. */
 async function instantiate(script, wasm, base, callbacks) {
-    const { default: create } = await import(new URL(script, base).href);
-    const compiled = await compile(new URL(wasm, base));
+    const [{ default: create }, compiled] = await Promise.all([
+        import(new URL(script, base).href),
+        compile(new URL(wasm, base)),
+    ]);
     let memory;
     return new Promise((resolve, reject) => {
         create({
@@ -59,8 +59,10 @@ async function instantiate(script, wasm, base, callbacks) {
             instantiateWasm(imports, done) {
                 WebAssembly.instantiate(compiled, imports).then((instance) => {
                     // Imported if threads share it, else exported; emscripten shortens the names.
-                    memory = [...Object.values(imports).flatMap(Object.values), ...Object.values(instance.exports)]
-                        .find((value) => value instanceof WebAssembly.Memory);
+                    memory = [
+                        ...Object.values(imports).flatMap(Object.values),
+                        ...Object.values(instance.exports),
+                    ].find((value) => value instanceof WebAssembly.Memory);
                     done(instance, compiled);
                 }, reject);
                 return {};
@@ -98,8 +100,7 @@ class Model {
     info() {
         const { calls, scratch } = this.#pbm;
         calls.memory.write(INFO, scratch, {});
-        if (!this.#call((error) => calls.module._pbm_get_info(this.#handle, scratch, error)))
-            return null;
+        if (!this.#call((error) => calls.module._pbm_get_info(this.#handle, scratch, error))) return null;
         const { structSize, ...info } = calls.memory.read(INFO, scratch);
         return info;
     }
@@ -114,12 +115,19 @@ class Model {
     }
 
     render(given) {
-        const pbm = this.#pbm, { calls } = pbm, { memory } = calls, { width, height } = given;
-        const camera = pbm.scratch, options = camera + CAMERA.size, picture = options + OPTIONS.size;
-        const pixelBytes = 4 * width * height, depthCount = given.depths ? width * height : 0;
+        const pbm = this.#pbm,
+            { calls } = pbm,
+            { memory } = calls,
+            { width, height } = given;
+        const camera = pbm.scratch,
+            options = camera + CAMERA.size,
+            picture = options + OPTIONS.size;
+        const pixelBytes = 4 * width * height,
+            depthCount = given.depths ? width * height : 0;
         if (!(width >= 1 && height >= 1 && width <= 32768 && height <= 32768))
             throw usage(`a picture of ${width} x ${height} pixels; each is 1 .. 32768`);
-        const pixels = pbm.room(pixelBytes + 4 * depthCount), depths = given.depths ? pixels + pixelBytes : 0;
+        const pixels = pbm.room(pixelBytes + 4 * depthCount),
+            depths = given.depths ? pixels + pixelBytes : 0;
         writeCamera(memory, camera, given.camera);
         writeOptions(memory, options, given, pbm.threads);
         memory.write(PICTURE, picture, { width, height, pixels, pixelBytes, depths, depthCount });
@@ -128,10 +136,9 @@ class Model {
         let error = null;
         if (code !== CODES.OK) {
             error = calls.lastError();
-            const isDrawn = code === CODES.INVALID || code === CODES.UNSUPPORTED ||
-                            (code === CODES.LIMIT && error.name === '');
-            if (!isDrawn)
-                throw this.#source.thrown ?? error;
+            const isDrawn =
+                code === CODES.INVALID || code === CODES.UNSUPPORTED || (code === CODES.LIMIT && error.name === "");
+            if (!isDrawn) throw this.#source.thrown ?? error;
         }
         return {
             pixels: new Uint8ClampedArray(memory.buffer, pixels, pixelBytes),
@@ -142,8 +149,7 @@ class Model {
     }
 
     close() {
-        if (this.#handle !== 0)
-            this.#pbm.closeModel(this.#handle, this.#source);
+        if (this.#handle !== 0) this.#pbm.closeModel(this.#handle, this.#source);
         this.#handle = 0;
     }
 
@@ -156,34 +162,38 @@ class Model {
     // Whether the call succeeded; false while bytes are pending.
     #call(call) {
         const code = this.#code(call);
-        if (code !== CODES.OK && code !== CODES.PENDING)
-            throw this.#source.thrown ?? this.#pbm.calls.lastError();
+        if (code !== CODES.OK && code !== CODES.PENDING) throw this.#source.thrown ?? this.#pbm.calls.lastError();
         return code === CODES.OK;
     }
 }
 
 function writeCamera(memory, address, camera) {
     if (camera === undefined || camera === null)
-        throw usage('render needs a camera: that of defaultCamera(), or one of your own');
+        throw usage("render needs a camera: that of defaultCamera(), or one of your own");
     const { clipPlane, clipBox } = camera;
     memory.write(CAMERA, address, {
         ...camera,
         orthographic: camera.orthographic ? 1 : 0,
         clip: (clipPlane ? CLIP_PLANE : 0) | (clipBox ? CLIP_BOX : 0),
-        planePoint: clipPlane?.point, planeNormal: clipPlane?.normal,
-        boxLowest: clipBox?.lowest, boxHighest: clipBox?.highest,
+        planePoint: clipPlane?.point,
+        planeNormal: clipPlane?.normal,
+        boxLowest: clipBox?.lowest,
+        boxHighest: clipBox?.highest,
     });
 }
 
 function writeOptions(memory, address, given, threads) {
     let flags = given.background ? USE_BACKGROUND : 0;
-    for (const name of given.without ?? [])
-        flags |= one_of(LEAVE_OUT, name, 'without');
+    for (const name of given.without ?? []) flags |= one_of(LEAVE_OUT, name, "without");
     memory.write(OPTIONS, address, {
-        quality: one_of(QUALITIES, given.quality ?? 'fast', 'quality'),
-        depthCue: one_of(DEPTH_CUES, given.depthCue ?? 'none', 'depthCue'),
-        samples: given.samples, finestLevel: given.finestLevel, maxError: given.maxError,
-        background: given.background, flags, threads,
+        quality: one_of(QUALITIES, given.quality ?? "fast", "quality"),
+        depthCue: one_of(DEPTH_CUES, given.depthCue ?? "none", "depthCue"),
+        samples: given.samples,
+        finestLevel: given.finestLevel,
+        maxError: given.maxError,
+        background: given.background,
+        flags,
+        threads,
         maxMemory: given.maxMemory ?? DEFAULT_MAX_MEMORY,
     });
 }
@@ -195,14 +205,19 @@ class Pbm {
     #room = 0;
     #roomBytes = 0;
 
-    constructor(threads) { this.threads = threads; }
+    constructor(threads) {
+        this.threads = threads;
+    }
 
     async load(base) {
-        const name = this.threads > 1 ? 'pbm_threads' : 'pbm_wasm', wasm = this.threads > 1 ? 'pbm_threads' : 'pbm';
-        this.calls = new Calls(await instantiate(`${name}.js`, `${wasm}.wasm`, base, {
-            workers: this.threads - 1,
-            pbmRead: (context, offset, size, to) => this.#read(context, Number(offset), Number(size), to),
-        }));
+        const name = this.threads > 1 ? "pbm_threads" : "pbm_wasm",
+            wasm = this.threads > 1 ? "pbm_threads" : "pbm";
+        this.calls = new Calls(
+            await instantiate(`${name}.js`, `${wasm}.wasm`, base, {
+                workers: this.threads - 1,
+                pbmRead: (context, offset, size, to) => this.#read(context, Number(offset), Number(size), to),
+            }),
+        );
         const { memory, module } = this.calls;
         this.scratch = memory.allocate(Math.max(INFO.size, CAMERA.size + OPTIONS.size + PICTURE.size));
         this.version = memory.text(module._pbm_version());
@@ -210,23 +225,22 @@ class Pbm {
     }
 
     open({ size, read }) {
-        if (!Number.isSafeInteger(size) || size < 0 || typeof read !== 'function')
-            throw usage('open needs { size, read }: a number of bytes and a function');
-        const { calls, scratch } = this, context = this.#nextContext++;
+        if (!Number.isSafeInteger(size) || size < 0 || typeof read !== "function")
+            throw usage("open needs { size, read }: a number of bytes and a function");
+        const { calls, scratch } = this,
+            context = this.#nextContext++;
         const source = { read, context, isPending: false, thrown: null };
         this.#sources.set(context, source);
         const code = calls.module._pbm_web_open(context, BigInt(size), scratch, calls.error);
         if (code === CODES.OK)
             return new Model(this, new DataView(calls.memory.buffer).getUint32(scratch, true), source);
         this.#sources.delete(context);
-        if (code === CODES.PENDING)
-            return null;
+        if (code === CODES.PENDING) return null;
         throw source.thrown ?? calls.lastError();
     }
 
     openBytes(bytes) {
-        if (!(bytes instanceof Uint8Array))
-            throw usage('openBytes needs a Uint8Array');
+        if (!(bytes instanceof Uint8Array)) throw usage("openBytes needs a Uint8Array");
         return this.open({ size: bytes.length, read: (offset, size) => bytes.subarray(offset, offset + size) });
     }
 
@@ -267,43 +281,43 @@ class Pbm {
 }
 
 function threadsOf(asked) {
-    if (asked !== 'auto' && !(Number.isInteger(asked) && asked >= 0))
+    if (asked !== "auto" && !(Number.isInteger(asked) && asked >= 0))
         throw usage(`threads is ${asked}, not 'auto', 0 or a number`);
-    const isPossible = typeof SharedArrayBuffer === 'function' && (IS_NODE || globalThis.crossOriginIsolated === true);
-    if (!isPossible)
-        return 1;
+    const isPossible = typeof SharedArrayBuffer === "function" && (IS_NODE || globalThis.crossOriginIsolated === true);
+    if (!isPossible) return 1;
     const processors = globalThis.navigator?.hardwareConcurrency ?? 1;
-    return Math.max(1, Math.min(MAX_THREADS, asked === 'auto' ? processors : asked));
+    return Math.max(1, Math.min(MAX_THREADS, asked === "auto" ? processors : asked));
 }
 
 /** Loads the library: see pbm.d.ts. */
-export async function loadPbm({ threads = 'auto', base = new URL('.', import.meta.url) } = {}) {
+export async function loadPbm({ threads = "auto", base = new URL(".", import.meta.url) } = {}) {
     const count = threadsOf(threads);
-    if (count > 1 && IS_NODE)
-        await (await import('./node_workers.js')).provideWorkers();
+    if (count > 1 && IS_NODE) await (await import("./node_workers.js")).provideWorkers();
     return new Pbm(count).load(base);
 }
 
 /** Loads the validator: see pbm.d.ts. */
-export async function loadValidator({ base = new URL('.', import.meta.url) } = {}) {
+export async function loadValidator({ base = new URL(".", import.meta.url) } = {}) {
     let findings = [];
-    const calls = new Calls(await instantiate('pbm_validator.js', 'pbm_validator.wasm', base, {
-        pbmReport(context, address) {
-            const finding = memory.read(FINDING, address);
-            findings.push({ ...finding, severity: SEVERITIES[finding.severity] });
-            return 0;
-        },
-    }));
-    const { memory, module } = calls, scratch = memory.allocate(VALIDATION.size);
+    const calls = new Calls(
+        await instantiate("pbm_validator.js", "pbm_validator.wasm", base, {
+            pbmReport(context, address) {
+                const finding = memory.read(FINDING, address);
+                findings.push({ ...finding, severity: SEVERITIES[finding.severity] });
+                return 0;
+            },
+        }),
+    );
+    const { memory, module } = calls,
+        scratch = memory.allocate(VALIDATION.size);
     return {
         version: memory.text(module._pbm_version()),
-        validate(bytes, { level = 'full', maxFindings = 100 } = {}) {
-            if (!(bytes instanceof Uint8Array))
-                throw usage('validate needs a Uint8Array');
+        validate(bytes, { level = "full", maxFindings = 100 } = {}) {
+            if (!(bytes instanceof Uint8Array)) throw usage("validate needs a Uint8Array");
             const copy = memory.allocate(Math.max(1, bytes.length));
             try {
                 memory.bytes(copy, bytes.length).set(bytes);
-                memory.write(VALIDATION, scratch, { level: one_of(LEVELS, level, 'level'), threads: 1, maxFindings });
+                memory.write(VALIDATION, scratch, { level: one_of(LEVELS, level, "level"), threads: 1, maxFindings });
                 findings = [];
                 if (module._pbm_web_validate(copy, BigInt(bytes.length), scratch, calls.error) !== CODES.OK)
                     throw calls.lastError();

@@ -1,14 +1,15 @@
 // The structures of pbm.h as they lie in WebAssembly's memory.
 
-import { CODES, PbmError, usage } from './errors.js';
+import { CODES, PbmError, usage } from "./errors.js";
 
 const BYTES = { i32: 4, u32: 4, address: 4, u64: 8, f64: 8, u8: 1, text: 1 };
 
 // A structure in C: "i32 code, text name 48, .." with members aligned to their size, and arrays with their length behind.
 function structure(members) {
-    let size = 0, alignment = 1;
-    const places = members.split(',').map((member) => {
-        const [type, name, count] = member.trim().split(' ');
+    let size = 0,
+        alignment = 1;
+    const places = members.split(",").map((member) => {
+        const [type, name, count] = member.trim().split(" ");
         const bytes = BYTES[type];
         alignment = Math.max(alignment, bytes);
         const offset = Math.ceil(size / bytes) * bytes;
@@ -18,24 +19,30 @@ function structure(members) {
     return { places, size: Math.ceil(size / alignment) * alignment };
 }
 
-export const ERROR = structure('i32 code, u64 offset, text name 48, text rule 16, text message 512');
+export const ERROR = structure("i32 code, u64 offset, text name 48, text rule 16, text message 512");
 export const INFO = structure(
-    'u32 structSize, u64 fileBytes, u64 points, i32 depth, u32 attributes, f64 origin 3, f64 voxelSize, f64 lowest 3, ' +
-    'f64 highest 3, address unit, address up, address metadata, text contentId 33, i32 fields, i32 materials, i32 lights');
+    "u32 structSize, u64 fileBytes, u64 points, i32 depth, u32 attributes, f64 origin 3, f64 voxelSize, f64 lowest 3, " +
+        "f64 highest 3, address unit, address up, address metadata, text contentId 33, i32 fields, i32 materials, i32 lights",
+);
 export const CAMERA = structure(
-    'u32 structSize, f64 position 3, f64 focalPoint 3, f64 up 3, f64 viewAngle, i32 orthographic, u32 clip, ' +
-    'f64 planePoint 3, f64 planeNormal 3, f64 boxLowest 3, f64 boxHighest 3');
+    "u32 structSize, f64 position 3, f64 focalPoint 3, f64 up 3, f64 viewAngle, i32 orthographic, u32 clip, " +
+        "f64 planePoint 3, f64 planeNormal 3, f64 boxLowest 3, f64 boxHighest 3",
+);
 export const OPTIONS = structure(
-    'u32 structSize, i32 quality, i32 samples, i32 depthCue, u32 flags, u8 background 4, i32 finestLevel, f64 maxError, ' +
-    'i32 threads, u64 maxMemory');
+    "u32 structSize, i32 quality, i32 samples, i32 depthCue, u32 flags, u8 background 4, i32 finestLevel, f64 maxError, " +
+        "i32 threads, u64 maxMemory",
+);
 export const PICTURE = structure(
-    'u32 structSize, i32 width, i32 height, address pixels, u32 pixelBytes, u32 stride, address depths, u32 depthCount, ' +
-    'u32 depthStride');
+    "u32 structSize, i32 width, i32 height, address pixels, u32 pixelBytes, u32 stride, address depths, u32 depthCount, " +
+        "u32 depthStride",
+);
 export const VALIDATION = structure(
-    'u32 structSize, i32 level, i32 threads, u64 maxFindings, u32 report, u32 context, i32 verdict, u64 errors, ' +
-    'u64 warnings, u64 infos, u64 points');
+    "u32 structSize, i32 level, i32 threads, u64 maxFindings, u32 report, u32 context, i32 verdict, u64 errors, " +
+        "u64 warnings, u64 infos, u64 points",
+);
 export const FINDING = structure(
-    'i32 severity, i32 code, u64 offset, address name, address rule, address section, address message, address remedy');
+    "i32 severity, i32 code, u64 offset, address name, address rule, address section, address message, address remedy",
+);
 
 const decoder = new TextDecoder();
 
@@ -49,15 +56,25 @@ export class Memory {
         this.#malloc = malloc;
     }
 
-    bytes(address, count) { return new Uint8Array(this.#memory.buffer, address, count); }
-    get buffer() { return this.#memory.buffer; }
-    get size() { return this.#memory.buffer.byteLength; }
+    bytes(address, count) {
+        return new Uint8Array(this.#memory.buffer, address, count);
+    }
+    get buffer() {
+        return this.#memory.buffer;
+    }
+    get size() {
+        return this.#memory.buffer.byteLength;
+    }
 
     /** @returns {number} address of `count` bytes */
     allocate(count) {
         const address = this.#malloc(count);
         if (address === 0)
-            throw new PbmError({ code: CODES.LIMIT, name: 'system.memory', message: `no memory left for ${count} bytes` });
+            throw new PbmError({
+                code: CODES.LIMIT,
+                name: "system.memory",
+                message: `no memory left for ${count} bytes`,
+            });
         return address >>> 0;
     }
 
@@ -69,11 +86,16 @@ export class Memory {
 
     #number(type, view, at) {
         switch (type) {
-        case 'i32': return view.getInt32(at, true);
-        case 'u64': return Number(view.getBigUint64(at, true));
-        case 'f64': return view.getFloat64(at, true);
-        case 'u8': return view.getUint8(at);
-        default: return view.getUint32(at, true);
+            case "i32":
+                return view.getInt32(at, true);
+            case "u64":
+                return Number(view.getBigUint64(at, true));
+            case "f64":
+                return view.getFloat64(at, true);
+            case "u8":
+                return view.getUint8(at);
+            default:
+                return view.getUint32(at, true);
         }
     }
 
@@ -82,14 +104,13 @@ export class Memory {
         const view = new DataView(this.#memory.buffer, address, size);
         const read = {};
         for (const { type, name, offset, count } of places)
-            if (type === 'text')
-                read[name] = this.text(address + offset, count);
-            else if (type === 'address')
-                read[name] = this.text(view.getUint32(offset, true));
-            else if (count === undefined)
-                read[name] = this.#number(type, view, offset);
+            if (type === "text") read[name] = this.text(address + offset, count);
+            else if (type === "address") read[name] = this.text(view.getUint32(offset, true));
+            else if (count === undefined) read[name] = this.#number(type, view, offset);
             else
-                read[name] = Array.from({ length: count }, (_, i) => this.#number(type, view, offset + BYTES[type] * i));
+                read[name] = Array.from({ length: count }, (_, i) =>
+                    this.#number(type, view, offset + BYTES[type] * i),
+                );
         return read;
     }
 
@@ -98,17 +119,25 @@ export class Memory {
         this.bytes(address, size).fill(0);
         const view = new DataView(this.#memory.buffer, address, size);
         for (const { type, name, offset, count } of places) {
-            const given = name === 'structSize' ? size : values[name] ?? 0;
+            const given = name === "structSize" ? size : (values[name] ?? 0);
             const numbers = count === undefined ? [given] : given === 0 ? [] : Array.from(given);
-            if (numbers.length > (count ?? 1) || (count !== undefined && numbers.length !== 0 && numbers.length !== count))
+            if (
+                numbers.length > (count ?? 1) ||
+                (count !== undefined && numbers.length !== 0 && numbers.length !== count)
+            )
                 throw usage(`${name} needs ${count} numbers`);
             numbers.forEach((value, i) => {
-                const at = offset + BYTES[type] * i, number = Number(value);
+                const at = offset + BYTES[type] * i,
+                    number = Number(value);
                 switch (type) {
-                case 'f64': return view.setFloat64(at, number, true);
-                case 'u64': return view.setBigUint64(at, BigInt(Math.max(0, Math.trunc(number))), true);
-                case 'u8': return view.setUint8(at, Math.min(255, Math.max(0, Math.round(number))));
-                default: return view.setInt32(at, number, true);
+                    case "f64":
+                        return view.setFloat64(at, number, true);
+                    case "u64":
+                        return view.setBigUint64(at, BigInt(Math.max(0, Math.trunc(number))), true);
+                    case "u8":
+                        return view.setUint8(at, Math.min(255, Math.max(0, Math.round(number))));
+                    default:
+                        return view.setInt32(at, number, true);
                 }
             });
         }

@@ -1,23 +1,25 @@
 // Damaged bytes: what is proven is shown, the rest is named. Wrong calls are refused.
-import assert from 'node:assert/strict';
-import path from 'node:path';
-import { test } from 'node:test';
-import { bytesOf, CODES, loadPbm, loadValidator, modelsOf, PbmError, SOURCE } from './native.mjs';
+import assert from "node:assert/strict";
+import path from "node:path";
+import { test } from "node:test";
+import { bytesOf, CODES, loadPbm, loadValidator, modelsOf, PbmError, SOURCE } from "./native.mjs";
 
 const pbm = await loadPbm({ threads: 0 });
 const validator = await loadValidator();
-const file = path.join(SOURCE, 'format_spec/golden/1.0/scan-plain.pbvg');
+const file = path.join(SOURCE, "format_spec/golden/1.0/scan-plain.pbvg");
 const SIZE = { width: 200, height: 150 };
 
-const isUsage = (error) => error instanceof PbmError && error.code === CODES.USAGE && error.message !== '';
+const isUsage = (error) => error instanceof PbmError && error.code === CODES.USAGE && error.message !== "";
 
-test('a flipped byte of a chunk is named, and the rest is drawn', () => {
-    const whole = bytesOf(file), model = pbm.openBytes(whole), camera = model.defaultCamera(200, 150);
+test("a flipped byte of a chunk is named, and the rest is drawn", () => {
+    const whole = bytesOf(file),
+        model = pbm.openBytes(whole),
+        camera = model.defaultCamera(200, 150);
     const seen = ({ depths }) => depths.filter((depth) => depth !== Infinity).length;
     const exact = seen(model.render({ camera, ...SIZE, depths: true }));
     model.close();
     let damaged = 0;
-    for (let at = whole.length / 2 | 0; at < whole.length; at += 997) {
+    for (let at = (whole.length / 2) | 0; at < whole.length; at += 997) {
         const bytes = whole.slice();
         bytes[at] ^= 1;
         const { findings } = validator.validate(bytes);
@@ -26,11 +28,12 @@ test('a flipped byte of a chunk is named, and the rest is drawn', () => {
             const picture = broken.render({ camera, ...SIZE, depths: true });
             assert.equal(picture.complete, picture.error === null);
             assert.ok(Math.abs(seen(picture) / exact - 1) < 0.2);
-            if (picture.error === null)
-                continue; // of what the picture does not show
+            if (picture.error === null) continue; // of what the picture does not show
             ++damaged;
             assert.equal(picture.error.code, CODES.INVALID);
-            const found = findings.find(({ name, offset }) => name === picture.error.name && offset === picture.error.offset);
+            const found = findings.find(
+                ({ name, offset }) => name === picture.error.name && offset === picture.error.offset,
+            );
             assert.ok(found, `${at}: ${picture.error.name} at ${picture.error.offset}`);
             assert.equal(picture.error.rule, found.rule);
         }
@@ -39,17 +42,17 @@ test('a flipped byte of a chunk is named, and the rest is drawn', () => {
     assert.ok(damaged >= 4 && damaged % 2 === 0);
 });
 
-test('files that are none, and files that are cut short', () => {
+test("files that are none, and files that are cut short", () => {
     const whole = bytesOf(file);
-    const isInvalid = (error) => error instanceof PbmError && error.code === CODES.INVALID && error.name !== '';
+    const isInvalid = (error) => error instanceof PbmError && error.code === CODES.INVALID && error.name !== "";
     assert.throws(() => pbm.openBytes(new Uint8Array(0)), isInvalid);
     assert.throws(() => pbm.openBytes(new Uint8Array(1000)), isInvalid);
-    for (let size = 0; size < whole.length; size += 1 + size / 2 | 0)
+    for (let size = 0; size < whole.length; size += (1 + size / 2) | 0)
         assert.throws(() => pbm.openBytes(whole.subarray(0, size)), isInvalid);
 });
 
-test('invalid files of the law neither crash nor hang', () => {
-    for (const vector of modelsOf('vectors/invalid'))
+test("invalid files of the law neither crash nor hang", () => {
+    for (const vector of modelsOf("vectors/invalid"))
         try {
             const model = pbm.openBytes(bytesOf(vector));
             const camera = model.defaultCamera(40, 30);
@@ -61,37 +64,49 @@ test('invalid files of the law neither crash nor hang', () => {
     assert.equal(pbm.openBytes(bytesOf(file)).info().depth > 0, true);
 });
 
-test('wrong calls are refused', () => {
-    assert.throws(() => pbm.openBytes('text'), isUsage);
+test("wrong calls are refused", () => {
+    assert.throws(() => pbm.openBytes("text"), isUsage);
     assert.throws(() => pbm.openBytes(null), isUsage);
     for (const source of [{ size: -1, read() {} }, { size: 1.5, read() {} }, { size: 10 }, { size: NaN, read() {} }])
         assert.throws(() => pbm.open(source), isUsage);
-    const model = pbm.openBytes(bytesOf(file)), camera = model.defaultCamera(200, 150);
+    const model = pbm.openBytes(bytesOf(file)),
+        camera = model.defaultCamera(200, 150);
     for (const options of [
-        { ...SIZE }, { camera, width: 0, height: 10 }, { camera, width: 10 }, { camera, width: 1e9, height: 1 },
-        { camera, ...SIZE, quality: 'best' }, { camera, ...SIZE, without: ['sky'] }, { camera, ...SIZE, samples: 257 },
-        { camera, ...SIZE, depthCue: 'all' }, { camera, ...SIZE, maxError: -1 }, { camera, ...SIZE, finestLevel: 99 },
-        { camera: { ...camera, up: [0, 0, 0] }, ...SIZE }, { camera: { ...camera, position: camera.focalPoint }, ...SIZE },
-        { camera: { ...camera, position: [NaN, 0, 0] }, ...SIZE }, { camera: { ...camera, viewAngle: 4 }, ...SIZE },
-        { camera: { ...camera, up: [1, 2] }, ...SIZE }])
+        { ...SIZE },
+        { camera, width: 0, height: 10 },
+        { camera, width: 10 },
+        { camera, width: 1e9, height: 1 },
+        { camera, ...SIZE, quality: "best" },
+        { camera, ...SIZE, without: ["sky"] },
+        { camera, ...SIZE, samples: 257 },
+        { camera, ...SIZE, depthCue: "all" },
+        { camera, ...SIZE, maxError: -1 },
+        { camera, ...SIZE, finestLevel: 99 },
+        { camera: { ...camera, up: [0, 0, 0] }, ...SIZE },
+        { camera: { ...camera, position: camera.focalPoint }, ...SIZE },
+        { camera: { ...camera, position: [NaN, 0, 0] }, ...SIZE },
+        { camera: { ...camera, viewAngle: 4 }, ...SIZE },
+        { camera: { ...camera, up: [1, 2] }, ...SIZE },
+    ])
         assert.throws(() => model.render(options), isUsage, JSON.stringify(options));
-    for (const size of [0, -1, 40000])
-        assert.throws(() => model.defaultCamera(size, 10), isUsage);
+    for (const size of [0, -1, 40000]) assert.throws(() => model.defaultCamera(size, 10), isUsage);
     model.close();
     model.close();
     for (const call of [() => model.info(), () => model.defaultCamera(10, 10), () => model.render({ camera, ...SIZE })])
         assert.throws(call, isUsage);
 });
 
-test('loading is refused where it cannot work', async () => {
+test("loading is refused where it cannot work", async () => {
     await assert.rejects(loadPbm({ threads: -1 }), isUsage);
-    await assert.rejects(loadPbm({ threads: 'many' }), isUsage);
-    await assert.rejects(loadPbm({ base: 'file:///nowhere/' }));
+    await assert.rejects(loadPbm({ threads: "many" }), isUsage);
+    await assert.rejects(loadPbm({ base: "file:///nowhere/" }));
 });
 
-test('memory is bounded', () => {
-    const bytes = bytesOf(path.join(SOURCE, 'format_spec/golden/1.0/scan-plain.pbvg'));
-    const model = pbm.openBytes(bytes), camera = model.defaultCamera(600, 600), size = { width: 600, height: 600 };
+test("memory is bounded", () => {
+    const bytes = bytesOf(path.join(SOURCE, "format_spec/golden/1.0/scan-plain.pbvg"));
+    const model = pbm.openBytes(bytes),
+        camera = model.defaultCamera(600, 600),
+        size = { width: 600, height: 600 };
     const exact = model.render({ camera, ...size }).pixels.slice();
     const limited = model.render({ camera, ...size, maxMemory: 30000, depths: true });
     assert.equal(limited.error.code, CODES.LIMIT);

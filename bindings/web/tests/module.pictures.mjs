@@ -1,10 +1,11 @@
 // Pictures and depths are those of pbm-render, to the byte, with and without threads.
-import assert from 'node:assert/strict';
-import path from 'node:path';
-import { test } from 'node:test';
-import { bytesOf, countDifferences, loadPbm, modelsOf, renderNatively, SOURCE } from './native.mjs';
+import assert from "node:assert/strict";
+import path from "node:path";
+import { test } from "node:test";
+import { bytesOf, countDifferences, loadPbm, modelsOf, renderNatively, SOURCE } from "./native.mjs";
 
-const WIDTH = 161, HEIGHT = 90; // no multiple of a vector
+const WIDTH = 161,
+    HEIGHT = 90; // no multiple of a vector
 const LIBRARIES = [await loadPbm({ threads: 0 }), await loadPbm({ threads: 3 })];
 
 function assertSame(drawn, expected, what) {
@@ -14,68 +15,89 @@ function assertSame(drawn, expected, what) {
     assert.equal(countDifferences(drawn.depths, expected.depths), 0, `${what}: depths differ`);
 }
 
-test('the library is loaded with and without threads', () => {
-    assert.deepEqual(LIBRARIES.map((pbm) => pbm.threads), [1, 3]);
+test("the library is loaded with and without threads", () => {
+    assert.deepEqual(
+        LIBRARIES.map((pbm) => pbm.threads),
+        [1, 3],
+    );
     assert.equal(LIBRARIES[0].version, LIBRARIES[1].version);
 });
 
-const golden = modelsOf('golden');
-test('there are golden models', () => assert.ok(golden.length >= 20));
+const golden = modelsOf("golden");
+test("there are golden models", () => assert.ok(golden.length >= 20));
 for (const file of golden)
     test(`the pictures of ${path.relative(SOURCE, file)}`, () => {
         const bytes = bytesOf(file);
-        for (const quality of ['fast', 'fine']) {
+        for (const quality of ["fast", "fine"]) {
             let expected;
             for (const pbm of LIBRARIES) {
-                const model = pbm.openBytes(bytes), camera = model.defaultCamera(WIDTH, HEIGHT);
-                expected ??= renderNatively(file, camera, WIDTH, HEIGHT, ['--quality', quality]);
+                const model = pbm.openBytes(bytes),
+                    camera = model.defaultCamera(WIDTH, HEIGHT);
+                expected ??= renderNatively(file, camera, WIDTH, HEIGHT, ["--quality", quality]);
                 const drawn = model.render({ camera, width: WIDTH, height: HEIGHT, quality, depths: true });
                 assertSame(drawn, expected, `${quality}, ${pbm.threads} threads`);
                 model.close();
             }
-            assert.ok(expected.depths.some((depth) => depth !== Infinity), 'the picture shows something');
+            assert.ok(
+                expected.depths.some((depth) => depth !== Infinity),
+                "the picture shows something",
+            );
         }
     });
 
-const file = path.join(SOURCE, 'format_spec/golden/1.0/scan-everything.pbvg');
+const file = path.join(SOURCE, "format_spec/golden/1.0/scan-everything.pbvg");
 const OPTIONS = [
-    [{ without: ['texture'] }, ['--no-texture']],
-    [{ without: ['shadows', 'ground'] }, ['--no-shadows', '--no-ground']],
-    [{ without: ['panorama', 'reflections', 'colours'] }, ['--no-panorama', '--no-reflections', '--ignore-point-colours']],
-    [{ without: ['panorama'], background: [255, 0, 51, 255] }, ['--no-panorama', '--background-color', '1,0,0.2']],
-    [{ finestLevel: 3 }, ['--level', '3']],
-    [{ maxError: 9.5 }, ['--max-error', '9.5']],
-    [{ quality: 'fine', samples: 3 }, ['--quality', 'fine', '--samples', '3']],
-    [{ depthCue: 'eye-dome' }, ['--depth-cue', 'eye-dome']],
-    [{ depthCue: 'ambient-occlusion' }, ['--depth-cue', 'ambient-occlusion']],
+    [{ without: ["texture"] }, ["--no-texture"]],
+    [{ without: ["shadows", "ground"] }, ["--no-shadows", "--no-ground"]],
+    [
+        { without: ["panorama", "reflections", "colours"] },
+        ["--no-panorama", "--no-reflections", "--ignore-point-colours"],
+    ],
+    [{ without: ["panorama"], background: [255, 0, 51, 255] }, ["--no-panorama", "--background-color", "1,0,0.2"]],
+    [{ finestLevel: 3 }, ["--level", "3"]],
+    [{ maxError: 9.5 }, ["--max-error", "9.5"]],
+    [{ quality: "fine", samples: 3 }, ["--quality", "fine", "--samples", "3"]],
+    [{ depthCue: "eye-dome" }, ["--depth-cue", "eye-dome"]],
+    [{ depthCue: "ambient-occlusion" }, ["--depth-cue", "ambient-occlusion"]],
 ];
 for (const [options, native] of OPTIONS)
-    test(`the picture with ${native.join(' ')}`, () => {
-        const model = LIBRARIES[0].openBytes(bytesOf(file)), camera = model.defaultCamera(WIDTH, HEIGHT);
-        const all = native.includes('--quality') ? native : ['--quality', 'fast', ...native];
-        assertSame(model.render({ camera, width: WIDTH, height: HEIGHT, depths: true, ...options }),
-            renderNatively(file, camera, WIDTH, HEIGHT, all), native.join(' '));
+    test(`the picture with ${native.join(" ")}`, () => {
+        const model = LIBRARIES[0].openBytes(bytesOf(file)),
+            camera = model.defaultCamera(WIDTH, HEIGHT);
+        const all = native.includes("--quality") ? native : ["--quality", "fast", ...native];
+        assertSame(
+            model.render({ camera, width: WIDTH, height: HEIGHT, depths: true, ...options }),
+            renderNatively(file, camera, WIDTH, HEIGHT, all),
+            native.join(" "),
+        );
         model.close();
     });
 
-test('cameras that cut and that are orthographic', () => {
-    const model = LIBRARIES[0].openBytes(bytesOf(file)), camera = model.defaultCamera(WIDTH, HEIGHT);
-    const { lowest, highest } = model.info(), middle = lowest.map((low, axis) => (low + highest[axis]) / 2);
+test("cameras that cut and that are orthographic", () => {
+    const model = LIBRARIES[0].openBytes(bytesOf(file)),
+        camera = model.defaultCamera(WIDTH, HEIGHT);
+    const { lowest, highest } = model.info(),
+        middle = lowest.map((low, axis) => (low + highest[axis]) / 2);
     const cameras = [
-        [{ orthographic: true }, ['--projection', 'orthographic']],
+        [{ orthographic: true }, ["--projection", "orthographic"]],
         [{ clipPlane: { point: middle, normal: [1, 0, 0] } }, [`--clip-plane=${middle},1,0,0`]],
         [{ clipBox: { lowest, highest: middle } }, [`--clip-box=${lowest},${middle}`]],
     ];
     for (const [changes, native] of cameras)
-        assertSame(model.render({ camera: { ...camera, ...changes }, width: WIDTH, height: HEIGHT, depths: true }),
-            renderNatively(file, camera, WIDTH, HEIGHT, ['--quality', 'fast', ...native]), native.join(' '));
+        assertSame(
+            model.render({ camera: { ...camera, ...changes }, width: WIDTH, height: HEIGHT, depths: true }),
+            renderNatively(file, camera, WIDTH, HEIGHT, ["--quality", "fast", ...native]),
+            native.join(" "),
+        );
     model.close();
 });
 
-test('several models in one memory, drawn in turn', () => {
-    const [pbm] = LIBRARIES, models = golden.slice(0, 4).map((path) => pbm.openBytes(bytesOf(path)));
+test("several models in one memory, drawn in turn", () => {
+    const [pbm] = LIBRARIES,
+        models = golden.slice(0, 4).map((path) => pbm.openBytes(bytesOf(path)));
     const draw = (model) => model.render({ camera: model.defaultCamera(64, 48), width: 64, height: 48 }).pixels.slice();
-    const first = models.map(draw), second = models.map(draw);
+    const first = models.map(draw),
+        second = models.map(draw);
     assert.deepEqual(first, second);
     assert.notDeepEqual(first[0], first[1]);
     models.forEach((model) => model.close());

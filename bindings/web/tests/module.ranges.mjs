@@ -1,11 +1,12 @@
 // Bytes that arrive piece by piece: pictures become finer, and the last one is that of the whole file.
-import assert from 'node:assert/strict';
-import path from 'node:path';
-import { test } from 'node:test';
-import { bytesOf, CODES, countDifferences, loadPbm, modelsOf, PbmError, SOURCE } from './native.mjs';
+import assert from "node:assert/strict";
+import path from "node:path";
+import { test } from "node:test";
+import { bytesOf, CODES, countDifferences, loadPbm, modelsOf, PbmError, SOURCE } from "./native.mjs";
 
 const pbm = await loadPbm({ threads: 0 });
-const WIDTH = 200, HEIGHT = 150;
+const WIDTH = 200,
+    HEIGHT = 150;
 
 function pictureOf(model, camera, more = {}) {
     const picture = model.render({ camera, width: WIDTH, height: HEIGHT, depths: true, ...more });
@@ -13,33 +14,41 @@ function pictureOf(model, camera, more = {}) {
 }
 
 function exactPicture(bytes) {
-    const model = pbm.openBytes(bytes), camera = model.defaultCamera(WIDTH, HEIGHT), info = model.info();
+    const model = pbm.openBytes(bytes),
+        camera = model.defaultCamera(WIDTH, HEIGHT),
+        info = model.info();
     const picture = pictureOf(model, camera);
     model.close();
     return { camera, info, picture };
 }
 
-for (const file of modelsOf('golden'))
+for (const file of modelsOf("golden"))
     test(`a stream of ${path.relative(SOURCE, file)}`, () => {
-        const bytes = bytesOf(file), exact = exactPicture(bytes), piece = Math.ceil(bytes.length / 40);
-        let arrived = 0, pictures = 0, model = null, drawn = null;
+        const bytes = bytesOf(file),
+            exact = exactPicture(bytes),
+            piece = Math.ceil(bytes.length / 40);
+        let arrived = 0,
+            pictures = 0,
+            model = null,
+            drawn = null;
         const asked = [];
         const read = (offset, size) => {
             assert.ok(size > 0 && offset + size <= bytes.length);
-            if (offset + size <= arrived)
-                return bytes.subarray(offset, offset + size);
+            if (offset + size <= arrived) return bytes.subarray(offset, offset + size);
             asked.push(offset);
             return null;
         };
         for (; !drawn?.complete; arrived += piece) {
-            assert.ok(arrived < bytes.length + piece, 'all bytes are there, and the picture is not complete');
+            assert.ok(arrived < bytes.length + piece, "all bytes are there, and the picture is not complete");
             asked.length = 0;
             model ??= pbm.open({ size: bytes.length, read });
-            const info = model?.info() ?? null, camera = model?.defaultCamera(WIDTH, HEIGHT) ?? null;
+            const info = model?.info() ?? null,
+                camera = model?.defaultCamera(WIDTH, HEIGHT) ?? null;
             assert.equal(info === null, camera === null);
             if (info === null) {
-                assert.ok(asked.length > 0, 'what is missing is asked for');
-                if (model !== null) // a camera of one's own needs no points
+                assert.ok(asked.length > 0, "what is missing is asked for");
+                if (model !== null)
+                    // a camera of one's own needs no points
                     assert.equal(pictureOf(model, exact.camera).error, null);
                 continue;
             }
@@ -55,10 +64,13 @@ for (const file of modelsOf('golden'))
         model.close();
     });
 
-test('only the ranges that are asked for are fetched, and each chunk once', () => {
-    const bytes = bytesOf(path.join(SOURCE, 'format_spec/golden/1.0/scan-everything.pbvg')), exact = exactPicture(bytes);
+test("only the ranges that are asked for are fetched, and each chunk once", () => {
+    const bytes = bytesOf(path.join(SOURCE, "format_spec/golden/1.0/scan-everything.pbvg")),
+        exact = exactPicture(bytes);
     const fetched = new Map();
-    let wanted = [], rounds = 0, given = 0;
+    let wanted = [],
+        rounds = 0,
+        given = 0;
     const read = (offset, size) => {
         const key = `${offset}+${size}`;
         if (fetched.has(key)) {
@@ -68,28 +80,31 @@ test('only the ranges that are asked for are fetched, and each chunk once', () =
         wanted.push(key);
         return null;
     };
-    let model = null, picture = null;
+    let model = null,
+        picture = null;
     for (; !picture?.complete; ++rounds) {
         assert.ok(rounds < 20);
         wanted.forEach((key) => fetched.set(key, true));
         wanted = [];
         model ??= pbm.open({ size: bytes.length, read });
         const camera = model?.defaultCamera(WIDTH, HEIGHT);
-        if (camera)
-            picture = pictureOf(model, camera);
+        if (camera) picture = pictureOf(model, camera);
     }
     assert.equal(countDifferences(picture.pixels, exact.picture.pixels), 0);
     const before = given;
     assert.equal(pictureOf(model, exact.camera).complete, true);
-    assert.equal(given, before, 'what is resident is not read again');
+    assert.equal(given, before, "what is resident is not read again");
     model.close();
 });
 
-test('the first picture is coarse, and comes long before the last byte', () => {
-    const bytes = bytesOf(path.join(SOURCE, 'format_spec/golden/1.0/scan-plain.pbvg')), exact = exactPicture(bytes);
+test("the first picture is coarse, and comes long before the last byte", () => {
+    const bytes = bytesOf(path.join(SOURCE, "format_spec/golden/1.0/scan-plain.pbvg")),
+        exact = exactPicture(bytes);
     const seen = ({ depths }) => depths.filter((depth) => depth !== Infinity).length;
-    let arrived = 0, model = null, picture = null;
-    const read = (offset, size) => offset + size <= arrived ? bytes.subarray(offset, offset + size) : null;
+    let arrived = 0,
+        model = null,
+        picture = null;
+    const read = (offset, size) => (offset + size <= arrived ? bytes.subarray(offset, offset + size) : null);
     for (; picture === null || seen(picture) < 0.9 * seen(exact.picture); arrived += 256) {
         model ??= pbm.open({ size: bytes.length, read });
         picture = model === null ? null : pictureOf(model, exact.camera);
@@ -100,21 +115,38 @@ test('the first picture is coarse, and comes long before the last byte', () => {
     model.close();
 });
 
-test('what the callback throws is thrown, and the model goes on', () => {
-    const bytes = bytesOf(path.join(SOURCE, 'format_spec/golden/1.0/scan-plain.pbvg')), exact = exactPicture(bytes);
-    const lost = new Error('the network is gone');
-    let answer = () => { throw lost; };
+test("what the callback throws is thrown, and the model goes on", () => {
+    const bytes = bytesOf(path.join(SOURCE, "format_spec/golden/1.0/scan-plain.pbvg")),
+        exact = exactPicture(bytes);
+    const lost = new Error("the network is gone");
+    let answer = () => {
+        throw lost;
+    };
     const source = { size: bytes.length, read: (offset, size) => answer(offset, size) };
-    assert.throws(() => pbm.open(source), (error) => error === lost);
+    assert.throws(
+        () => pbm.open(source),
+        (error) => error === lost,
+    );
     const whole = (offset, size) => bytes.subarray(offset, offset + size);
     answer = whole;
     const model = pbm.open(source);
-    answer = () => { throw lost; };
-    assert.throws(() => model.info(), (error) => error === lost);
-    assert.throws(() => pictureOf(model, exact.camera), (error) => error === lost);
-    for (const wrong of [new Uint8Array(1), 'text', undefined, bytes.buffer]) {
+    answer = () => {
+        throw lost;
+    };
+    assert.throws(
+        () => model.info(),
+        (error) => error === lost,
+    );
+    assert.throws(
+        () => pictureOf(model, exact.camera),
+        (error) => error === lost,
+    );
+    for (const wrong of [new Uint8Array(1), "text", undefined, bytes.buffer]) {
         answer = () => wrong;
-        assert.throws(() => model.info(), (error) => error instanceof PbmError && error.code === CODES.USAGE);
+        assert.throws(
+            () => model.info(),
+            (error) => error instanceof PbmError && error.code === CODES.USAGE,
+        );
     }
     answer = whole;
     assert.equal(countDifferences(pictureOf(model, exact.camera).pixels, exact.picture.pixels), 0);

@@ -15,6 +15,7 @@ struct DetailView {
     int width = 0, height = 0;           // pixels
     double max_error = kDefaultMaxError; // pixels, > 0: largest edge on the screen of a drawn voxel that has children
     int finest = kMaxDepth;              // the finest level that may be drawn, 1 or more
+    bool operator==(const DetailView &) const = default;
 };
 
 // A chunk's level, and its index within the directory of that level.

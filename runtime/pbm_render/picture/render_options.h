@@ -16,6 +16,7 @@ struct RenderOptions {
     bool panorama = true;      // the panorama is drawn behind everything
     bool ground = true;        // the ground plane is drawn
     bool reflections = true;   // materials with an environment factor reflect the panorama
+    bool operator==(const RenderOptions &) const = default;
 };
 
 struct RenderStatistics {

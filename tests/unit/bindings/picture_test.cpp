@@ -166,6 +166,36 @@ TEST(CApiPicture, ShowsTheRestOfADamagedModel) {
     pbm_close(damaged);
 }
 
+TEST(CApiPicture, GoesOnWithTheSamplesOfTheLastOne) {
+    const BallModel ball(Options{{"depth", "6"}, {"ground", "wood"}, {"ground-resolution", "64"}});
+    const pbm_camera camera = camera_of(ball.get(), kWidth, kHeight);
+    pbm_error error;
+    pbm_render_options options = PBM_NEW(pbm_render_options);
+    options.quality = PBM_FINE;
+    const auto draw = [&](int samples, Picture &to) {
+        options.samples = samples;
+        EXPECT_EQ(pbm_render(ball.get(), &camera, &options, &to.api, &error), PBM_OK) << error.message;
+    };
+    Picture at_once(kWidth, kHeight), fewer(kWidth, kHeight), in_steps(kWidth, kHeight), again(kWidth, kHeight);
+    draw(5, at_once);
+    draw(2, fewer); // begins anew
+    draw(3, in_steps);
+    EXPECT_NE(in_steps.pixels, fewer.pixels);
+    draw(5, in_steps);
+    EXPECT_EQ(in_steps.pixels, at_once.pixels);
+    EXPECT_EQ(in_steps.depths, at_once.depths);
+    options.flags = PBM_NO_GROUND; // another picture
+    draw(5, in_steps);
+    EXPECT_NE(in_steps.pixels, at_once.pixels);
+    options.flags = 0;
+    options.depth_cue = PBM_EYE_DOME;
+    draw(3, again);
+    draw(5, again);
+    draw(5, in_steps);
+    EXPECT_EQ(in_steps.pixels, again.pixels);
+    EXPECT_NE(in_steps.pixels, at_once.pixels);
+}
+
 TEST(CApiPicture, IsCoarserWhereMemoryIsLimited) {
     const std::vector<std::uint8_t> bytes = ball_bytes({{"depth", "7"}});
     pbm_model *model = nullptr;
