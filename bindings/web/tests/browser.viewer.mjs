@@ -238,6 +238,44 @@ describe("the page", () => {
                 sameBytes(await pictureOf(page), one);
             },
         ));
+    test("properties mirror attributes, also those set before the code was there", async () => {
+        const early = '<pbm-viewer id="viewer">';
+        const head = `<script>addEventListener("DOMContentLoaded", () => { viewer.src = "${MODEL}"; viewer.controls = true; })</script>`;
+        // Modules run in their order, before DOMContentLoaded: this one comes later.
+        const late = '<script type="module">await new Promise(requestAnimationFrame); import("./pbm-viewer.js")</script>';
+        await withPage(early + late, { head, from: "data:text/javascript,//" }, async (page) => {
+            assert.deepEqual(await page.evaluate(() => [viewer.getAttribute("src"), viewer.getAttribute("controls")]), [
+                MODEL,
+                "",
+            ]);
+            const names = await page.evaluate(() => {
+                const texts =
+                    "alt poster quality cameraOrbit cameraTarget fieldOfView background loading reveal touchAction";
+                const given = {
+                    ...Object.fromEntries(texts.split(" ").map((name) => [name, "auto"])),
+                    background: "#333",
+                    maxMemory: 300,
+                    autoRotate: true,
+                    controls: false,
+                    disableZoom: true,
+                };
+                Object.assign(viewer, given);
+                const wrong = Object.keys(given).filter((name) => viewer[name] !== given[name]);
+                const names = viewer.getAttributeNames();
+                for (const name of texts.split(" ")) viewer[name] = null;
+                return { wrong, names, left: viewer.getAttributeNames() };
+            });
+            const others = ["auto-rotate", "disable-zoom", "id", "max-memory", "src"];
+            const texts = ["alt", "background", "camera-orbit", "camera-target", "field-of-view", "loading", "poster"];
+            assert.deepEqual(names.wrong, []);
+            assert.deepEqual(
+                names.names.sort(),
+                [...others, ...texts, "quality", "reveal", "touch-action"].sort(),
+            );
+            assert.deepEqual(names.left.sort(), others);
+            page.faults.length = 0; // the poster "auto" is not there
+        });
+    });
     test("a wrong attribute is told and ignored", async () => {
         const page = await tests.open(VIEWER.replace("controls", 'camera-orbit="30 auto auto"'));
         assert.match(page.faults.join(), /"30" is no angle: write 30deg/);

@@ -11,6 +11,12 @@ const { theta } = same.getCameraOrbit();
 viewer.toBlob({ mimeType: "image/jpeg", qualityArgument: theta }).then((blob) => blob && viewer.open(blob));
 viewer.statistics().then((statistics) => statistics?.fastTime.toFixed());
 viewer.positionFromPoint(1, 2).then((point) => point && String(point));
+Object.assign(viewer, { src: "lion.pbvg", alt: null });
+viewer.cameraOrbit = "30deg auto 105%";
+viewer.maxMemory = 512;
+viewer.autoRotate = viewer.quality !== "fast";
+// @ts-expect-error
+viewer.quality = "best";
 // @ts-expect-error
 viewer.setCamera({ orbit: 7 });
 // @ts-expect-error

@@ -134,6 +134,23 @@ export interface PbmViewerEventMap {
 }
 
 export class PbmViewer extends HTMLElement {
+    /** Attributes as properties; null: the element lacks the attribute. */
+    src: string | null;
+    alt: string | null;
+    poster: string | null;
+    quality: "auto" | "fast" | "fine" | null;
+    cameraOrbit: string | null;
+    cameraTarget: string | null;
+    fieldOfView: string | null;
+    background: string | null;
+    loading: "auto" | "lazy" | "eager" | null;
+    reveal: "auto" | "manual" | null;
+    touchAction: string | null;
+    maxMemory: number | null;
+    autoRotate: boolean;
+    controls: boolean;
+    disableZoom: boolean;
+
     /** The event `load` was dispatched. */
     readonly loaded: boolean;
     /** Null before `load`. */

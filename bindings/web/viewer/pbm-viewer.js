@@ -5,6 +5,7 @@ import { listen } from "./gestures.js";
 import { Hotspots } from "./hotspots.js";
 import { Motion } from "./motion.js";
 import { cameraOf, describe, orbitFrom, orbitOf, stage } from "./orbit.js";
+import { adoptProperties, defineProperties } from "./properties.js";
 import { styles, template } from "./template.js";
 
 const DEFAULT_MEMORY = 256; // MB
@@ -57,6 +58,7 @@ class PbmViewer extends HTMLElement {
 
     connectedCallback() {
         if (this.#life) return;
+        adoptProperties(this);
         this.#life = new AbortController();
         const { signal } = this.#life;
         const sizes = new ResizeObserver((entries) => this.#resize(entries.at(-1)));
@@ -519,5 +521,6 @@ function colour(css) {
     return colours.get(css);
 }
 
+defineProperties(PbmViewer.prototype);
 customElements.define("pbm-viewer", PbmViewer);
 export { PbmViewer };
