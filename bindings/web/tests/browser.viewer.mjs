@@ -324,6 +324,21 @@ describe("the page", () => {
                 ["image/jpeg", 0xff, 0xd8, 0xff],
             ]);
         }));
+    test("a snapshot after a change of the view shows the changed view", () =>
+        withPage(VIEWER, {}, async (page) => {
+            const [sizes, same] = await page.evaluate(async () => {
+                const first = await viewer.toBlob();
+                viewer.setCamera({ orbit: "120deg 60deg 50%" }, { smooth: false });
+                const changed = await viewer.toBlob();
+                await new Promise((resolve) => setTimeout(resolve, 300));
+                const later = await viewer.toBlob();
+                const texts = await Promise.all([changed, later].map((blob) => blob.arrayBuffer()));
+                const [one, other] = texts.map((bytes) => new Uint8Array(bytes).join());
+                return [[first.size, changed.size], one === other];
+            });
+            assert.notEqual(sizes[0], sizes[1]);
+            assert.ok(same);
+        }));
     test("two viewers have a worker each, and an element that goes takes its worker along", () =>
         withPage(VIEWER + '</pbm-viewer><pbm-viewer id="other" src="many-chunks.pbvg">', {}, async (page) => {
             await atRest(page, "other");

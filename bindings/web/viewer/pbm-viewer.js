@@ -180,6 +180,7 @@ class PbmViewer extends HTMLElement {
     }
 
     async toBlob({ mimeType = "image/png", qualityArgument } = {}) {
+        this.#tick(0); // the worker may not have heard of the last change
         const blob = await this.#ask("snapshot", { mimeType, quality: qualityArgument });
         if (blob || !this.#context) return blob;
         return new Promise((resolve) => this.#canvas.toBlob(resolve, mimeType, qualityArgument));

@@ -320,7 +320,7 @@ class ViewWorker {
 
     // The picture that is shown, at full resolution, as a Blob. Without a canvas the page makes it of what it shows.
     async #snapshot({ mimeType, quality }) {
-        if (!this.#stage) return null;
+        if (!this.#stage || !this.#view) return null;
         if (!this.#isExact()) this.#draw(1, 0);
         return this.#context ? this.#canvas.convertToBlob({ type: mimeType, quality }) : null;
     }
