@@ -1,7 +1,7 @@
 // The viewer in Chromium: what it shows, how it moves, and what its page hears.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { readFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
 import { atRest, golden, pictureOf, programs, sameBytes, start } from "./browser.mjs";
@@ -238,6 +238,41 @@ describe("the page", () => {
                 sameBytes(await pictureOf(page), one);
             },
         ));
+    test("100% shows the whole model in elements of any shape, also of a shape that changes", async () => {
+        // Points of an edge of the picture that show something.
+        const touched = (page) =>
+            page.evaluate(async () => {
+                const { width, height } = viewer.getBoundingClientRect();
+                let count = 0;
+                for (const part of [0.002, 0.998])
+                    for (let along = 0; along < 1; along += 0.01) {
+                        if (await viewer.positionFromPoint(part * width, along * height)) ++count;
+                        if (await viewer.positionFromPoint(along * width, part * height)) ++count;
+                    }
+                return count;
+            });
+        const wide = join(tests.scratch, "wide.ply");
+        const points = [];
+        for (let x = -60; x <= 60; ++x) for (let z = -60; z <= 60; ++z) points.push(`${x} ${(x * z) % 3} ${z}`);
+        const header = `ply\nformat ascii 1.0\nelement vertex ${points.length}\nproperty float x\nproperty float y\nproperty float z\nend_header\n`;
+        writeFileSync(wide, header + points.join("\n"));
+        execFileSync(join(programs, "pbm-build"), [wide, "-o", join(tests.scratch, "wide.pbvg"), "--depth", "6", "-q"]);
+        const body = VIEWER.replace(MODEL, "wide.pbvg").replace("controls", 'camera-orbit="20deg 75deg 100%"');
+        await withPage(body.replace(" id=", ' style="width: 100px; height: 240px" id='), {}, async (page) => {
+            assert.equal(await touched(page), 0);
+            const { radius } = await orbit(page);
+            await page.evaluate(() => viewer.setAttribute("style", "width: 320px; height: 240px"));
+            await atRest(page);
+            assert.equal(await touched(page), 0);
+            const wider = await orbit(page);
+            assert.ok(wider.radius < radius / 2);
+            await page.evaluate(() => viewer.resetCamera({ smooth: false }));
+            assert.ok(Math.abs((await orbit(page)).radius / wider.radius - 1) < 1e-9);
+            await page.evaluate(() => viewer.setCamera({ orbit: "20deg 75deg 50%" }, { smooth: false }));
+            await atRest(page);
+            assert.notEqual(await touched(page), 0);
+        });
+    });
     test("properties mirror attributes, also those set before the code was there", async () => {
         const early = '<pbm-viewer id="viewer">';
         const head = `<script>addEventListener("DOMContentLoaded", () => { viewer.src = "${MODEL}"; viewer.controls = true; })</script>`;

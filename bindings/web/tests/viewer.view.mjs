@@ -67,17 +67,38 @@ describe("orbit", () => {
 
 describe("attributes", () => {
     const stage = orbits.stage(infoOf("+y", "cm"));
-    const framed = { theta: 0, phi: Math.PI / 2, radius: 10, target: [0, 0, 0], viewAngle: 0.5 };
+    const framed = { theta: 0, phi: Math.PI / 2, radius: 10, target: [0.2, 0, 0], viewAngle: 0.5 };
+    const orbitFrom = (...given) => orbits.orbitFrom(framed, stage, 1.5, ...given);
     test("nothing given is the framed view itself", () => {
-        assert.equal(orbits.orbitFrom(framed, stage, null, null, null), framed);
+        assert.equal(orbitFrom(null, null, null), framed);
     });
     test("angles, percent, units and auto", () => {
-        const orbit = orbits.orbitFrom(framed, stage, "90deg 1rad 50%", "0.5 auto 1mm", null);
-        near([orbit.theta, orbit.phi, orbit.radius, ...orbit.target], [Math.PI / 2, 1, 5, 0.5, 0, 0.1]);
-        assert.equal(orbits.orbitFrom(framed, stage, "auto auto 0.03m", null, null).radius, 3);
+        const half = Math.sqrt(3) / Math.sin(0.25) / 2;
+        const orbit = orbitFrom("90deg 1rad 50%", "0.5 auto 1mm", null);
+        near([orbit.theta, orbit.phi, orbit.radius, ...orbit.target], [Math.PI / 2, 1, half, 0.5, 0, 0.1]);
+        const metric = orbitFrom("auto auto 0.03m", null, null);
+        near([metric.theta, metric.phi, metric.radius, ...metric.target], [0, Math.PI / 2, 3, 0, 0, 0]);
+    });
+    test("100% shows the whole model from every direction, and as large as that allows", () => {
+        for (const aspect of [0.3, 1, 2.5])
+            for (const fieldOfView of [null, "70deg"]) {
+                let farthest = 0; // from the middle, in half widths or heights
+                for (let theta = 0; theta < 360; theta += 5)
+                    for (let phi = 0; phi <= 180; phi += 5) {
+                        const text = `${theta}deg ${phi}deg ${theta % 2 ? "auto" : "100%"}`;
+                        const orbit = orbits.orbitFrom(framed, stage, aspect, text, null, fieldOfView);
+                        const camera = orbits.cameraOf(orbit, stage);
+                        for (let corner = 0; corner < 8; ++corner) {
+                            const point = [corner & 1, corner & 2, corner & 4].map((bit) => (bit ? 1 : -1));
+                            const { x, y } = orbits.project(point, camera, 2 * aspect, 2);
+                            farthest = Math.max(farthest, Math.abs(x / aspect - 1), Math.abs(y - 1));
+                        }
+                    }
+                assert.ok(farthest < 1 && farthest > 0.8, `${farthest} at ${aspect}, ${fieldOfView}`);
+            }
     });
     test("a narrower view stands farther away", () => {
-        const { radius, viewAngle } = orbits.orbitFrom(framed, stage, null, null, "10deg");
+        const { radius, viewAngle } = orbitFrom(null, null, "10deg");
         near([viewAngle, radius * Math.sin(viewAngle / 2)], [Math.PI / 18, 10 * Math.sin(0.25)]);
     });
     for (const [orbit, target] of [
@@ -87,11 +108,11 @@ describe("attributes", () => {
         [null, "1 2"],
     ]) {
         test(`${orbit ?? target} is refused with advice`, () => {
-            assert.throws(() => orbits.orbitFrom(framed, stage, orbit, target, null), /write/);
+            assert.throws(() => orbitFrom(orbit, target, null), /write/);
         });
     }
     test("the model cannot be lost", () => {
-        const orbit = orbits.orbitFrom(framed, stage, "0 -3rad 1e9", "100 0 0", null);
+        const orbit = orbitFrom("0 -3rad 1e9", "100 0 0", null);
         near([orbit.phi, orbit.radius, ...orbit.target], [0, 50 * Math.sqrt(3), Math.sqrt(3), 0, 0]);
     });
 });
@@ -100,7 +121,7 @@ describe("motion", () => {
     const stage = orbits.stage(infoOf("+y"));
     const framed = { theta: 0, phi: Math.PI / 2, radius: 10, target: [0, 0, 0], viewAngle: 0.5 };
     test("a drag is shown at once, a key glides to its goal and ends there", () => {
-        const motion = new Motion(stage, framed, () => false);
+        const motion = new Motion(stage, framed, 2, () => false);
         assert.equal(motion.step(16), false);
         motion.turn(0.1, 0, false);
         assert.equal(motion.orbit, motion.goal);
@@ -114,18 +135,21 @@ describe("motion", () => {
         assert.equal(motion.orbit.radius, 5);
     });
     test("for users who want no motion there is none", () => {
-        const motion = new Motion(stage, framed, () => true);
+        const motion = new Motion(stage, framed, 2, () => true);
         motion.zoom(2, true);
         assert.equal(motion.orbit.radius, 5);
     });
     test("the default view stays the exact one in another shape of the picture", () => {
-        const motion = new Motion(stage, framed, () => false);
+        const motion = new Motion(stage, framed, 2, () => false);
         const wide = { ...framed, radius: 8 };
-        motion.reframe(wide);
+        motion.reframe(wide, 3);
         assert.equal(motion.orbit, wide);
         motion.zoom(2, false);
-        motion.reframe(framed);
-        assert.equal(motion.orbit.radius, 5);
+        assert.equal(motion.orbit.radius, 4);
+        motion.reframe(framed, 1.5);
+        assert.equal(motion.orbit.radius, 4);
+        motion.reframe(framed, 0.5);
+        near([Math.tan(Math.asin((4 * Math.sin(0.25)) / motion.orbit.radius))], [Math.tan(0.25) / 2]);
     });
     test("descriptions", () => {
         const of = (theta, phi) => orbits.describe({ theta: (theta * Math.PI) / 180, phi: (phi * Math.PI) / 180 });

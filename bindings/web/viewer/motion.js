@@ -1,12 +1,13 @@
 // How the view moves: the orbit that is shown glides to its goal.
-import { panned, within } from "./orbit.js";
+import { panned, wholeDistance, within } from "./orbit.js";
 
 const GLIDE = 70; // ms: time constant
 const TURN = Math.PI; // radians of a drag as long as the picture is high
 
 export class Motion {
-    // The orbit that shows the whole model: the very object stands for the default camera, which is exact.
+    // The orbit of the default camera: the very object stands for that camera, which is exact.
     framed;
+    aspect; // of the picture: width / height
     orbit; // that is shown
     goal;
     #stage;
@@ -14,10 +15,11 @@ export class Motion {
     #changed = false;
 
     // `isReduced()`: whether the user wants no smooth motion.
-    constructor(stage, framed, isReduced) {
+    constructor(stage, framed, aspect, isReduced) {
         this.#stage = stage;
         this.#isReduced = isReduced;
         this.framed = this.orbit = this.goal = framed;
+        this.aspect = aspect;
     }
 
     go(goal, smooth) {
@@ -28,10 +30,13 @@ export class Motion {
     }
 
     // The picture has another shape: as much of the model as before stays in view.
-    reframe(framed) {
-        const factor = framed.radius / this.framed.radius;
+    reframe(framed, aspect) {
+        const { viewAngle } = this.goal;
+        const factor =
+            wholeDistance(viewAngle, this.#stage, aspect) / wholeDistance(viewAngle, this.#stage, this.aspect);
         const isFramed = this.goal === this.framed;
         this.framed = framed;
+        this.aspect = aspect;
         this.go(isFramed ? framed : { ...this.goal, radius: this.goal.radius * factor }, false);
     }
 

@@ -128,22 +128,30 @@ function parseAngle(text) {
     return parts[2] === "deg" ? (value * Math.PI) / 180 : value;
 }
 
-// "1.2", "1.2m", "105%" (of `framed`), "auto" -> model units or null. Throws a RangeError.
-function parseLength(text, metre, framed) {
+// "1.2", "1.2m", "105%" (of `whole`), "auto" -> model units or null. Throws a RangeError.
+function parseLength(text, metre, whole) {
     const parts = /^(auto|[-+]?[\d.]+(?:e[-+]?\d+)?(m|cm|mm|%)?)$/.exec(text.trim());
     if (!parts) throw new RangeError(`"${text}" is no length: write 1.5, 1.5m, 20cm, 5mm, 105% or auto`);
     if (text.trim() === "auto") return null;
     const value = parseFloat(text);
     if (!parts[2]) return value;
-    return parts[2] === "%" ? (value / 100) * framed : value * METRES[parts[2]] * metre;
+    return parts[2] === "%" ? (value / 100) * whole : value * METRES[parts[2]] * metre;
 }
 
-// What attributes say about an orbit, over `framed`, the one that shows the whole model. Any of them may be null; if
-// all are, the result is `framed` itself.
-//   camera-orbit   "theta phi radius"
-//   camera-target  "x y z", lengths
+// The distance from which a model is seen whole, whatever the direction: its bounding sphere touches the border of a
+// picture that is `aspect` times as wide as high, if the target is its centre.
+//   distance = size / sin(min(v, h) / 2), tan(h / 2) = aspect * tan(v / 2)
+// `size`: radius of the sphere around the box lowest .. highest of the model; v, h: vertical and horizontal view angle.
+export function wholeDistance(viewAngle, { size }, aspect) {
+    return size / Math.sin(Math.atan(Math.min(aspect, 1) * Math.tan(viewAngle / 2)));
+}
+
+// What attributes say about an orbit, over `framed`, that of the default camera. Any of them may be null; if all are,
+// the result is `framed` itself.
+//   camera-orbit   "theta phi radius": the radius in % of wholeDistance(), which is its "auto", too
+//   camera-target  "x y z", lengths; "auto": centre of the box lowest .. highest, as without camera-target
 //   field-of-view  an angle: vertical
-export function orbitFrom(framed, stage, cameraOrbit, cameraTarget, fieldOfView) {
+export function orbitFrom(framed, stage, aspect, cameraOrbit, cameraTarget, fieldOfView) {
     if (!cameraOrbit && !cameraTarget && !fieldOfView) return framed;
     const orbit = { ...framed };
     if (fieldOfView) {
@@ -151,13 +159,15 @@ export function orbitFrom(framed, stage, cameraOrbit, cameraTarget, fieldOfView)
         // As much of the model as before.
         orbit.radius *= Math.sin(framed.viewAngle / 2) / Math.sin(orbit.viewAngle / 2);
     }
-    if (cameraTarget) orbit.target = parsePoint(cameraTarget, stage.metre).map((value, i) => value ?? framed.target[i]);
     if (cameraOrbit) {
         const parts = words(cameraOrbit);
+        const whole = wholeDistance(orbit.viewAngle, stage, aspect);
         orbit.theta = parseAngle(parts[0]) ?? framed.theta;
         orbit.phi = parseAngle(parts[1]) ?? framed.phi;
-        orbit.radius = parseLength(parts[2], stage.metre, orbit.radius) ?? orbit.radius;
+        orbit.radius = parseLength(parts[2], stage.metre, whole) ?? whole;
+        orbit.target = stage.centre;
     }
+    if (cameraTarget) orbit.target = parsePoint(cameraTarget, stage.metre).map((value, i) => value ?? stage.centre[i]);
     return within(orbit, stage);
 }
 

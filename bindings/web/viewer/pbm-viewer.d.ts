@@ -10,8 +10,9 @@
 //   controls       pointers, wheel and keys move the view; a file that is dropped on the element is shown
 //   camera-orbit   "theta phi radius": azimuth (0: in front of the model), polar angle (0: above it) and distance to
 //                  the target: "30deg 75deg 105%". Angles in deg or rad; lengths in model units, m, cm, mm, or % of the
-//                  distance that shows the whole model. Each may be "auto"
-//   camera-target  "x y z": the point that the camera turns about; lengths or "auto"
+//                  distance that shows the whole model from every direction. Each may be "auto": the angles of the
+//                  default view, 100%
+//   camera-target  "x y z": the point that the camera turns about; lengths or "auto", the centre of the model
 //   field-of-view  vertical angle: "30deg"
 //   auto-rotate    the model turns while nobody touches it
 //   background     a CSS colour; default transparent

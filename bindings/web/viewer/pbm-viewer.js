@@ -151,7 +151,7 @@ class PbmViewer extends HTMLElement {
     ) {
         const angle = typeof fieldOfView === "number" ? `${fieldOfView}deg` : fieldOfView;
         this.#byUser = false;
-        this.#go(orbitFrom(this.#motion.framed, this.#stage, String(orbit), String(target), angle), smooth);
+        this.#go(this.#orbitFrom(String(orbit), String(target), angle), smooth);
     }
 
     resetCamera({ smooth = true } = {}) {
@@ -159,7 +159,7 @@ class PbmViewer extends HTMLElement {
         const given = ["camera-orbit", "camera-target", "field-of-view"].map((name) => this.getAttribute(name));
         this.#byUser = false;
         try {
-            this.#go(orbitFrom(this.#motion.framed, this.#stage, ...given), smooth);
+            this.#go(this.#orbitFrom(...given), smooth);
         } catch (error) {
             console.error(`pbm-viewer: ${error.message}`);
         }
@@ -248,7 +248,7 @@ class PbmViewer extends HTMLElement {
     #receive({ type, ...message }) {
         if (type === "opened") this.#open(message);
         else if (type === "framed") {
-            this.#motion.reframe(orbitOf(message.camera, this.#stage));
+            this.#motion.reframe(orbitOf(message.camera, this.#stage), message.aspect);
             this.#refresh();
         } else if (type === "frame") this.#showFrame(message);
         else if (type === "progress") this.#report(message);
@@ -271,10 +271,10 @@ class PbmViewer extends HTMLElement {
         this.dispatchEvent(new CustomEvent(name, { detail }));
     }
 
-    #open({ info, camera }) {
+    #open({ info, camera, aspect }) {
         this.#info = info;
         this.#stage = stage(info);
-        this.#motion = new Motion(this.#stage, orbitOf(camera, this.#stage), isMotionReduced);
+        this.#motion = new Motion(this.#stage, orbitOf(camera, this.#stage), aspect, isMotionReduced);
         showCredits(this.#parts.credit, info.metadata);
         this.#touched = performance.now();
         this.#findHotspots();
@@ -421,6 +421,11 @@ class PbmViewer extends HTMLElement {
     #orbit() {
         if (!this.#motion) throw new Error("There is no model yet: wait for the event load.");
         return this.#motion.goal;
+    }
+
+    #orbitFrom(...given) {
+        const { framed, aspect } = this.#motion;
+        return orbitFrom(framed, this.#stage, aspect, ...given);
     }
 
     #go(orbit, smooth) {

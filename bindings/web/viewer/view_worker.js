@@ -1,8 +1,8 @@
 // The worker of <pbm-viewer>: it owns the module, the bytes, the model and the picture, so that the page never waits.
 //
 // Messages to the worker                                    and from it
-//   start {canvas, url | blob, maxMemory}                     opened {info, camera}    the model is open
-//   view {camera, width, height, moving, background,          framed {camera}          default camera of a new size
+//   start {canvas, url | blob, maxMemory}                     opened {info, camera, aspect}   the model is open
+//   view {camera, width, height, moving, background,          framed {camera, aspect}  default camera of a new size
 //         quality, hotspots}                                  frame {camera, width, height, complete, visible,
 //   pause {paused}                                                   pixels}
 //   ask {id, question, ...}                                   progress {bytes, wanted}
@@ -172,8 +172,9 @@ class ViewWorker {
         if (!camera) return false;
         this.#stage = stage(this.#info);
         // The page answers with the view that its attributes ask for.
+        const { width, height } = this.#view;
         this.#view = null;
-        post({ type: "opened", info: this.#info, camera });
+        post({ type: "opened", info: this.#info, camera, aspect: width / height });
         return false;
     }
 
@@ -195,7 +196,7 @@ class ViewWorker {
             const camera = this.#model.defaultCamera(width, height);
             if (!camera) return null;
             this.#framed = { width, height, camera };
-            if (this.#stage) post({ type: "framed", camera });
+            if (this.#stage) post({ type: "framed", camera, aspect: width / height });
         }
         return this.#framed.camera;
     }
