@@ -431,10 +431,16 @@ describe("the page", () => {
         });
         await withPage(body.replace("poster=", 'reveal="manual" poster='), {}, async (page) => {
             assert.equal(await opacity(page), "1");
+            // The poster does not fill the element: beside it there is no model either.
+            const beside = await pictureOf(page, await page.screenshot({ clip: { x: 0, y: 4, width: 39, height: 190 } }));
+            assert.ok(beside.pixels.every((byte) => byte === 255));
             await page.evaluate(() => viewer.dismissPoster());
             await page.waitForFunction(
                 () => getComputedStyle(viewer.shadowRoot.getElementById("poster")).opacity === "0",
             );
+            const shown = await pictureOf(page, await page.screenshot({ clip: { x: 0, y: 0, width: 320, height: 200 } }));
+            const { pixels } = await pictureOf(page);
+            sameBytes(shown, { width: 320, height: 200, pixels: pixels.subarray(0, 320 * 200 * 4) });
         });
     });
     test("a file that is dropped is shown", () =>

@@ -14,6 +14,7 @@ canvas { display: block; }
 #input:focus-visible { box-shadow: inset 0 0 0 3px var(--focus-color, #2a6fdb); }
 #poster { transition: opacity 0.3s, visibility 0.3s; pointer-events: none; }
 #poster.gone { opacity: 0; visibility: hidden; }
+:is(canvas, #hotspots):has(~ #poster:not(.gone)) { visibility: hidden; }
 #poster img, ::slotted([slot="poster"]) { width: 100%; height: 100%; object-fit: contain; display: block; }
 #hotspots { pointer-events: none; }
 .hotspot { position: absolute; left: 0; top: 0; width: max-content; pointer-events: auto; transition: opacity 0.3s; }
