@@ -162,6 +162,24 @@ describe("servers", () => {
         assert.match(await notice(page), /404/);
         await page.close();
     });
+    test("nothing of the last model stays on the page if the next one is missing", async () => {
+        const page = await show("");
+        await page.evaluate(async () => {
+            let point;
+            for (let y = 120; !point; y += 4) point = await viewer.positionFromPoint(160, y);
+            viewer.innerHTML = `<button slot="hotspot-one" data-position="${point}" id="one">one</button>`;
+        });
+        await page.waitForFunction(() => one.hasAttribute("data-visible"));
+        await page.evaluate(() => (viewer.src += "?status=404"));
+        await page.waitForFunction(() => heard.some(({ event }) => event === "error"));
+        assert.equal(await page.evaluate(() => one.hasAttribute("data-visible")), false);
+        await page.locator("#one").waitFor({ state: "hidden" });
+        await page.getByRole("button", { name: "Close" }).click();
+        // Between the bar of the progress and the button.
+        const { pixels } = await pictureOf(page, await page.screenshot({ clip: { x: 0, y: 4, width: 320, height: 190 } }));
+        assert.ok(pixels.every((byte) => byte === 255));
+        await page.close();
+    });
     test("viewer and model may come from another server, which hides Content-Range", async () => {
         const other = await start({ models: [tests.scratch] });
         const page = await tests.open(
@@ -190,6 +208,8 @@ describe("damage", () => {
             await page.waitForFunction(() => heard.some(({ event }) => event === "error"), null, { timeout: 20000 });
             const [error] = await errors(page);
             assert.deepEqual([error.code, error.name.split(".")[0]], [3, "hash"]);
+            assert.match(error.rule, /^\d+(\.\d+)+$/);
+            assert.match(await notice(page), /^Not all of this model can be shown: the chunk was changed: .*\(byte \d+\)$/);
             assert.ok(error.offset <= lastByte && error.offset > lastByte - 200000, `byte ${error.offset}`);
             await atRest(page);
             const { pixels } = await pictureOf(page);

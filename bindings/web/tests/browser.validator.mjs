@@ -48,12 +48,14 @@ test("findings are those of pbm-validate --deep, and codes lead to their page", 
             rule,
             offset.toLocaleString("en"),
             section,
-            message,
+            message.replace(`${rule} `, ""),
             remedy,
         ],
     );
+    assert.ok(expected.every(([, , rule]) => rule));
     const page = await examine("damaged.pbvg", damaged);
     assert.equal(await page.locator("#verdict").innerText(), "damaged.pbvg is not valid");
+    assert.match(await page.locator("#counts").innerText(), /; 2 errors, 0 warnings, 0 notes$/);
     const rows = await page
         .locator("tbody tr")
         .evaluateAll((rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent)));
@@ -65,6 +67,7 @@ test("findings are those of pbm-validate --deep, and codes lead to their page", 
 test("something else is refused, and markup in names stays text", async () => {
     const page = await examine("<img src=x onerror=alert(1)>.pbvg", Buffer.from("solid teapot"));
     assert.match(await page.locator("#verdict").innerText(), /^<img src=x onerror=alert\(1\)>.pbvg is not valid$/);
+    assert.match(await page.locator("#counts").innerText(), /^12 bytes, 0 points verified; 1 error, /);
     await page.close();
 });
 test("a file may be dropped", async () => {

@@ -14,6 +14,7 @@ const [drop, file, state, result, verdict, counts, findings] = [
     "findings",
 ].map(byId);
 const number = (value) => Number(value).toLocaleString("en");
+const count = (value, what) => `${number(value)} ${what}${Number(value) === 1 ? "" : "s"}`;
 
 let worker = null;
 
@@ -46,8 +47,8 @@ function show(chosen, { report, message }) {
     verdict.textContent = `${chosen.name} is ${valid ? "valid" : "not valid"}`;
     verdict.className = valid ? "valid" : "invalid";
     counts.textContent =
-        `${number(chosen.size)} bytes, ${number(report.points)} points verified; ` +
-        `${number(report.errors)} errors, ${number(report.warnings)} warnings, ${number(report.infos)} notes` +
+        `${count(chosen.size, "byte")}, ${count(report.points, "point")} verified; ` +
+        `${count(report.errors, "error")}, ${count(report.warnings, "warning")}, ${count(report.infos, "note")}` +
         (report.findings.length < report.errors + report.warnings + report.infos
             ? `; the first ${number(report.findings.length)} are listed`
             : "");
@@ -63,7 +64,9 @@ function row({ severity, name, rule, offset, section, message, remedy }) {
         href: `validator-codes.html#${name}`,
         textContent: name,
     });
-    for (const content of [level, link, rule, offset === null ? "" : number(offset), section, message, remedy])
+    // Messages begin with the rule, which has a column of its own.
+    const text = rule && message.startsWith(`${rule} `) ? message.slice(rule.length + 1) : message;
+    for (const content of [level, link, rule, offset === null ? "" : number(offset), section, text, remedy])
         line.insertCell().append(content);
     return line;
 }

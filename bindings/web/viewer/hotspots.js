@@ -50,9 +50,21 @@ export class Hotspots {
             if (inside) box.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
             const isVisible = visible[i] ?? false;
             box.classList.toggle("hidden", !isVisible);
-            if (element.hasAttribute("data-visible") === isVisible) continue;
-            element.toggleAttribute("data-visible", isVisible);
-            element.dispatchEvent(new CustomEvent("hotspot-visibility", { detail: { visible: isVisible } }));
+            mark(element, isVisible);
         }
     }
+
+    // There is no picture.
+    hide() {
+        for (const { element, box } of this.#all) {
+            box.classList.add("away");
+            mark(element, false);
+        }
+    }
+}
+
+function mark(element, isVisible) {
+    if (element.hasAttribute("data-visible") === isVisible) return;
+    element.toggleAttribute("data-visible", isVisible);
+    element.dispatchEvent(new CustomEvent("hotspot-visibility", { detail: { visible: isVisible } }));
 }

@@ -241,6 +241,7 @@ class PbmViewer extends HTMLElement {
         this.#bytes = this.#progress = 0;
         this.#parts.message.textContent = "";
         this.#parts.credit.replaceChildren();
+        this.#hotspots.hide();
         this.#parts.bar.classList.add("gone");
         clearTimeout(this.#rotationTimer);
     }

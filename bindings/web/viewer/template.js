@@ -25,10 +25,11 @@ canvas { display: block; }
 #bar.gone { opacity: 0; }
 #credit { position: absolute; left: 0; bottom: 0; max-width: calc(100% - 3em); font: 11px/1.4 system-ui, sans-serif;
     color: #fff; }
-#notice { position: absolute; left: 0; right: 0; top: 0; padding: 0.5em 1em; font: 13px/1.4 system-ui, sans-serif;
+#notice { display: flex; position: absolute; left: 0; right: 0; top: 0; padding: 0.5em 1em; font: 13px/1.4 system-ui, sans-serif;
     color: #fff; background: rgba(120, 20, 20, 0.85); overflow-wrap: anywhere; }
 #notice:has(:first-child:empty) { display: none; }
-#notice button { float: right; margin: -0.2em -0.6em 0 0.6em; border: 0; color: inherit; background: none;
+#message { flex: 1; min-width: 0; }
+#notice button { align-self: start; margin: -0.2em -0.6em 0 0.6em; border: 0; color: inherit; background: none;
     font: inherit; cursor: pointer; }
 #credit bdi { display: inline-block; padding: 0.15em 0.6em; background: rgba(0, 0, 0, 0.55); }
 #credit a { color: inherit; }

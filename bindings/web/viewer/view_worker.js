@@ -368,7 +368,9 @@ class ViewWorker {
 
 // What messages carry of an error. One without a code is a fault of the viewer itself.
 function plain({ code = 4, message, offset = null, name, rule = "" }) {
-    return { code, message, offset, name, rule };
+    // Messages of the module begin with the rule.
+    const text = rule && message.startsWith(`${rule} `) ? message.slice(rule.length + 1) : message;
+    return { code, message: text, offset, name, rule };
 }
 
 const worker = new ViewWorker();
