@@ -15,13 +15,13 @@ const ORBIT = { theta: 0.3, phi: 1.2, radius: 5, target: [0.1, 0.2, 0.3], viewAn
 describe("orbit", () => {
     for (const up of ["+x", "+y", "+z"]) {
         test(`cameras and orbits are the same thing, ${up} up`, () => {
-            const stage = orbits.stage(infoOf(up));
+            const stage = orbits.stageOf(infoOf(up));
             const again = orbits.orbitOf(orbits.cameraOf(ORBIT, stage), stage);
             near([again.theta, again.phi, again.radius, ...again.target], [0.3, 1.2, 5, 0.1, 0.2, 0.3]);
         });
     }
     test("theta turns to the right of the model, phi leads down from the top", () => {
-        const stage = orbits.stage(infoOf("+y"));
+        const stage = orbits.stageOf(infoOf("+y"));
         const at = (theta, phi) => orbits.cameraOf({ ...ORBIT, target: [0, 0, 0], radius: 1, theta, phi }, stage);
         near(at(0, Math.PI / 2).position, [0, 0, 1]);
         near(at(Math.PI / 2, Math.PI / 2).position, [1, 0, 0]);
@@ -32,12 +32,12 @@ describe("orbit", () => {
     test("a Z-up model is seen from -Y", () => {
         const camera = orbits.cameraOf(
             { ...ORBIT, theta: 0, phi: Math.PI / 2, target: [0, 0, 0] },
-            orbits.stage(infoOf("+z")),
+            orbits.stageOf(infoOf("+z")),
         );
         near(camera.position, [0, -5, 0]);
     });
     test("a drag to the right moves what is in the plane of the target by as many pixels", () => {
-        const stage = orbits.stage(infoOf("+y"));
+        const stage = orbits.stageOf(infoOf("+y"));
         const point = [0.1, 0.2, 0.3];
         const before = orbits.project(point, orbits.cameraOf(ORBIT, stage), 400, 300);
         near([before.x, before.y], [200, 150]);
@@ -45,12 +45,12 @@ describe("orbit", () => {
         near([after.x, after.y], [230, 210]);
     });
     test("places in the picture lead back to the point", () => {
-        const camera = orbits.cameraOf(ORBIT, orbits.stage(infoOf("+z")));
+        const camera = orbits.cameraOf(ORBIT, orbits.stageOf(infoOf("+z")));
         const { x, y, depth } = orbits.project([0.5, -0.4, 0.2], camera, 640, 480);
         near(orbits.unproject(x, y, depth, camera, 640, 480), [0.5, -0.4, 0.2]);
     });
     test("points behind the surface are hidden, and those that face away", () => {
-        const stage = orbits.stage(infoOf("+y"));
+        const stage = orbits.stageOf(infoOf("+y"));
         const camera = orbits.cameraOf({ ...ORBIT, theta: 0, phi: Math.PI / 2, target: [0, 0, 0] }, stage);
         const picture = { camera, width: 9, height: 9, depths: new Float32Array(81).fill(4) };
         const isVisible = (point, normal = null) => orbits.isVisible(point, normal, picture, 0.01);
@@ -66,7 +66,7 @@ describe("orbit", () => {
 });
 
 describe("attributes", () => {
-    const stage = orbits.stage(infoOf("+y", "cm"));
+    const stage = orbits.stageOf(infoOf("+y", "cm"));
     const framed = { theta: 0, phi: Math.PI / 2, radius: 10, target: [0.2, 0, 0], viewAngle: 0.5 };
     const orbitFrom = (...given) => orbits.orbitFrom(framed, stage, 1.5, ...given);
     test("nothing given is the framed view itself", () => {
@@ -118,7 +118,7 @@ describe("attributes", () => {
 });
 
 describe("motion", () => {
-    const stage = orbits.stage(infoOf("+y"));
+    const stage = orbits.stageOf(infoOf("+y"));
     const framed = { theta: 0, phi: Math.PI / 2, radius: 10, target: [0, 0, 0], viewAngle: 0.5 };
     test("a drag is shown at once, a key glides to its goal and ends there", () => {
         const motion = new Motion(stage, framed, 2, () => false);

@@ -15,6 +15,7 @@
 //   failed(error)               a SourceError; no further bytes will come
 //   waiting(error, times)       the network failed this many times in a row, and the source tries again; null: it is
 //                               back
+import { CODES } from "./errors.js";
 import { plan } from "./ranges.js";
 
 // The first request: header, small sections and the coarse levels of most models.
@@ -23,9 +24,8 @@ const PARALLEL = 3;
 const FIRST_DELAY = 500; // ms before the first repetition; doubled each time
 const LONGEST_DELAY = 15000;
 
-// Codes are those of the programs: 2 is I/O, 4 a limit.
 export class SourceError extends Error {
-    constructor(name, message, code = 2) {
+    constructor(name, message, code = CODES.IO) {
         super(message);
         Object.assign(this, { name, code, offset: null });
     }
@@ -195,7 +195,7 @@ class UrlSource {
                     "limit.memory",
                     "The server answers no ranges, and the whole file needs more memory " +
                         "than max-memory allows: finer detail is left out.",
-                    4,
+                    CODES.LIMIT,
                 );
             this.#store.put(at, value);
             at += value.length;

@@ -19,7 +19,7 @@ const NEAREST = 1 / 1000;
 const FARTHEST = 50;
 
 // What orbits need of a model: `info` as Model.info() returns it.
-export function stage(info) {
+export function stageOf(info) {
     const up = UP[info.up];
     const front = FRONT[info.up];
     const centre = scaled(add(info.lowest, info.highest), 0.5);

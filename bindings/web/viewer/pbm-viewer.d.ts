@@ -81,7 +81,7 @@ export interface CameraChange {
 /** Times are milliseconds. */
 export interface Statistics {
     version: string | null;
-    /** 0: one thread draws. */
+    /** That draw: 1 without workers for it; 0: the code is not loaded yet. */
     threads: number;
     /** That arrived, and that are kept compressed. */
     bytes: number;

@@ -1,10 +1,11 @@
 // <pbm-viewer src="scan.pbvg" controls></pbm-viewer>: shows a binary voxel grid (.pbvg) on a page.
 // pbm-viewer.d.ts describes attributes, events and methods.
+import { CODES } from "./errors.js";
 import { showCredits } from "./credit.js";
 import { listen } from "./gestures.js";
 import { Hotspots } from "./hotspots.js";
 import { Motion } from "./motion.js";
-import { cameraOf, describe, orbitFrom, orbitOf, stage } from "./orbit.js";
+import { cameraOf, describe, orbitFrom, orbitOf, stageOf } from "./orbit.js";
 import { adoptProperties, defineProperties } from "./properties.js";
 import { styles, template } from "./template.js";
 
@@ -213,7 +214,7 @@ class PbmViewer extends HTMLElement {
         this.#worker.onerror = () =>
             this.#fail(
                 {
-                    code: 4,
+                    code: CODES.IO,
                     name: "worker",
                     offset: null,
                     rule: "",
@@ -274,7 +275,7 @@ class PbmViewer extends HTMLElement {
 
     #open({ info, camera, aspect }) {
         this.#info = info;
-        this.#stage = stage(info);
+        this.#stage = stageOf(info);
         this.#motion = new Motion(this.#stage, orbitOf(camera, this.#stage), aspect, isMotionReduced);
         showCredits(this.#parts.credit, info.metadata);
         this.#touched = performance.now();

@@ -11,11 +11,11 @@
 //
 // It draws only what changed. A moving view is drawn at the scale that keeps the frame rate; a view at rest exactly,
 // and again as bytes arrive; then the fine picture with ever more samples, between which messages are heard.
-import { loadPbm } from "./pbm.js";
+import { CODES, loadPbm } from "./pbm.js";
 import { ByteStore } from "./byte_store.js";
 import { SourceError, openBlob, openUrl } from "./byte_sources.js";
 import { joined } from "./ranges.js";
-import { isVisible, stage, unproject } from "./orbit.js";
+import { isVisible, stageOf, unproject } from "./orbit.js";
 
 const REST_AFTER = 100; // ms without a change of the view
 const FRAME_TIME = 22; // ms that a moving picture may take
@@ -26,7 +26,6 @@ const QUICK_ENOUGH = 1500; // ms that a fine picture may take with quality "auto
 const FINEST = 1.42; // pixels: largest edge of a drawn voxel; the default of pbm-render
 const COARSEST = 100;
 const COARSER = 1.25; // times as large, if the chunks that a picture needs take more than their part of the memory
-const LIMIT = 4; // PBM_LIMIT
 // Parts of maxMemory: decoded chunks, compressed bytes. The rest is for pictures and code.
 const DECODED_PART = 0.6;
 const BYTES_PART = 0.25;
@@ -69,8 +68,8 @@ class ViewWorker {
         this.#maxMemory = maxMemory;
         this.#store = new ByteStore(maxMemory * BYTES_PART);
         const listener = {
-            arrived: () => this.#take(),
-            failed: (error) => this.#tell(error, this.#model === null),
+            arrived: () => this.#onArrival(),
+            failed: (error) => this.#reportError(error, this.#model === null),
             waiting: (error, times) => post({ type: "waiting", error: error && plain(error), times }),
         };
         this.#source = blob ? openBlob(blob, this.#store, listener) : openUrl(url, this.#store, listener);
@@ -110,7 +109,7 @@ class ViewWorker {
         post({ type: "answer", id, value });
     }
 
-    // Calls turn() after `delay` ms, or earlier if that was scheduled.
+    // Calls drawNext() after `delay` ms, or earlier if that was scheduled.
     #schedule(delay) {
         const at = performance.now() + delay;
         if (this.#over || at >= this.#timerAt) return;
@@ -118,11 +117,11 @@ class ViewWorker {
         this.#timerAt = at;
         this.#timer = setTimeout(() => {
             this.#timerAt = Infinity;
-            this.#turn();
+            this.#drawNext();
         }, delay);
     }
 
-    #take() {
+    #onArrival() {
         this.#arrived = true;
         const pause = Math.max(REFINE_EVERY, this.#times.drawn ? this.#times.fast : 0);
         this.#schedule(Math.max(0, this.#times.drawn + pause - performance.now()));
@@ -130,11 +129,11 @@ class ViewWorker {
     }
 
     // Draws the next picture, if one is due.
-    #turn() {
+    #drawNext() {
         if (this.#paused || this.#over || !this.#pbm || !this.#view) return;
         try {
             if (!this.#open()) {
-                this.#want();
+                this.#requestLacking();
                 return;
             }
             const now = performance.now();
@@ -170,7 +169,7 @@ class ViewWorker {
         this.#info ??= this.#model.info();
         const camera = this.#info && this.#defaultCamera();
         if (!camera) return false;
-        this.#stage = stage(this.#info);
+        this.#stage = stageOf(this.#info);
         // The page answers with the view that its attributes ask for.
         const { width, height } = this.#view;
         this.#view = null;
@@ -237,7 +236,7 @@ class ViewWorker {
         this.#changed = this.#arrived = false;
         const framed = this.#defaultCamera();
         if (!framed) {
-            this.#want();
+            this.#requestLacking();
             return 0;
         }
         const camera = full.camera ?? framed;
@@ -252,7 +251,7 @@ class ViewWorker {
             maxError: this.#maxError,
             maxMemory: this.#maxMemory * DECODED_PART,
         });
-        if (error?.code === LIMIT && this.#maxError < COARSEST) {
+        if (error?.code === CODES.LIMIT && this.#maxError < COARSEST) {
             this.#store.takeLacking();
             this.#maxError *= COARSER;
             return this.#draw(scale, samples);
@@ -265,8 +264,8 @@ class ViewWorker {
         else if (scale === 1) this.#times.fast = end - begin;
         this.#firstAfter ??= end - this.#started;
         if (complete && scale === 1) this.#exactAfter ??= end - this.#started;
-        if (error) this.#tell(error);
-        this.#picture.settled = this.#want() === 0;
+        if (error) this.#reportError(error);
+        this.#picture.settled = this.#requestLacking() === 0;
         const visible = full.hotspots.map(({ position, normal }) =>
             isVisible(position, normal, this.#picture, 3 * this.#info.voxelSize + 0.002 * this.#stage.size),
         );
@@ -287,11 +286,15 @@ class ViewWorker {
     }
 
     // Requests what the module asked for and did not get. Returns the number of ranges that are still to come.
-    #want() {
+    #requestLacking() {
         const end = this.#source.size ?? Infinity;
         if (this.#stage && end < this.#size())
-            this.#tell(
-                new SourceError("header.size", `The file is cut short: ${end} of ${this.#size()} bytes are there.`, 3),
+            this.#reportError(
+                new SourceError(
+                    "header.size",
+                    `The file is cut short: ${end} of ${this.#size()} bytes are there.`,
+                    CODES.INVALID,
+                ),
             );
         const lacking = this.#store
             .takeLacking()
@@ -351,7 +354,7 @@ class ViewWorker {
         };
     }
 
-    #tell(error, fatal = false) {
+    #reportError(error, fatal = false) {
         const key = `${error.name} ${error.offset}`;
         if (this.#told.has(key)) return;
         this.#told.add(key);
@@ -362,12 +365,12 @@ class ViewWorker {
     #end(error) {
         this.#over = true;
         this.#source.close();
-        this.#tell(error, true);
+        this.#reportError(error, true);
     }
 }
 
 // What messages carry of an error. One without a code is a fault of the viewer itself.
-function plain({ code = 4, message, offset = null, name, rule = "" }) {
+function plain({ code = CODES.LIMIT, message, offset = null, name, rule = "" }) {
     // Messages of the module begin with the rule.
     const text = rule && message.startsWith(`${rule} `) ? message.slice(rule.length + 1) : message;
     return { code, message: text, offset, name, rule };
