@@ -254,8 +254,9 @@ describe("the page", () => {
         const wide = join(tests.scratch, "wide.ply");
         const points = [];
         for (let x = -60; x <= 60; ++x) for (let z = -60; z <= 60; ++z) points.push(`${x} ${(x * z) % 3} ${z}`);
-        const header = `ply\nformat ascii 1.0\nelement vertex ${points.length}\nproperty float x\nproperty float y\nproperty float z\nend_header\n`;
-        writeFileSync(wide, header + points.join("\n"));
+        const head = ["ply", "format ascii 1.0", `element vertex ${points.length}`];
+        const properties = ["x", "y", "z"].map((axis) => `property float ${axis}`);
+        writeFileSync(wide, [...head, ...properties, "end_header", ...points, ""].join("\n"));
         execFileSync(join(programs, "pbm-build"), [wide, "-o", join(tests.scratch, "wide.pbvg"), "--depth", "6", "-q"]);
         const body = VIEWER.replace(MODEL, "wide.pbvg").replace("controls", 'camera-orbit="20deg 75deg 100%"');
         await withPage(body.replace(" id=", ' style="width: 100px; height: 240px" id='), {}, async (page) => {
@@ -275,10 +276,11 @@ describe("the page", () => {
     });
     test("properties mirror attributes, also those set before the code was there", async () => {
         const early = '<pbm-viewer id="viewer">';
-        const head = `<script>addEventListener("DOMContentLoaded", () => { viewer.src = "${MODEL}"; viewer.controls = true; })</script>`;
-        // Modules run in their order, before DOMContentLoaded: this one comes later.
-        const late = '<script type="module">await new Promise(requestAnimationFrame); import("./pbm-viewer.js")</script>';
-        await withPage(early + late, { head, from: "data:text/javascript,//" }, async (page) => {
+        const late = `<script type="module">
+            Object.assign(viewer, { src: "${MODEL}", controls: true });
+            import("./pbm-viewer.js");
+        </script>`;
+        await withPage(early + late, { from: "data:text/javascript,//" }, async (page) => {
             assert.deepEqual(await page.evaluate(() => [viewer.getAttribute("src"), viewer.getAttribute("controls")]), [
                 MODEL,
                 "",
@@ -303,10 +305,7 @@ describe("the page", () => {
             const others = ["auto-rotate", "disable-zoom", "id", "max-memory", "src"];
             const texts = ["alt", "background", "camera-orbit", "camera-target", "field-of-view", "loading", "poster"];
             assert.deepEqual(names.wrong, []);
-            assert.deepEqual(
-                names.names.sort(),
-                [...others, ...texts, "quality", "reveal", "touch-action"].sort(),
-            );
+            assert.deepEqual(names.names.sort(), [...others, ...texts, "quality", "reveal", "touch-action"].sort());
             assert.deepEqual(names.left.sort(), others);
             page.faults.length = 0; // the poster "auto" is not there
         });
@@ -432,13 +431,15 @@ describe("the page", () => {
         await withPage(body.replace("poster=", 'reveal="manual" poster='), {}, async (page) => {
             assert.equal(await opacity(page), "1");
             // The poster does not fill the element: beside it there is no model either.
-            const beside = await pictureOf(page, await page.screenshot({ clip: { x: 0, y: 4, width: 39, height: 190 } }));
+            const narrow = { x: 0, y: 4, width: 39, height: 190 };
+            const beside = await pictureOf(page, await page.screenshot({ clip: narrow }));
             assert.ok(beside.pixels.every((byte) => byte === 255));
             await page.evaluate(() => viewer.dismissPoster());
             await page.waitForFunction(
                 () => getComputedStyle(viewer.shadowRoot.getElementById("poster")).opacity === "0",
             );
-            const shown = await pictureOf(page, await page.screenshot({ clip: { x: 0, y: 0, width: 320, height: 200 } }));
+            const clip = { x: 0, y: 0, width: 320, height: 200 };
+            const shown = await pictureOf(page, await page.screenshot({ clip }));
             const { pixels } = await pictureOf(page);
             sameBytes(shown, { width: 320, height: 200, pixels: pixels.subarray(0, 320 * 200 * 4) });
         });
