@@ -67,17 +67,17 @@ folder = work / "site/of a scan"
 check("site/of a scan/a #1%.pbvg: " in printed and "site/of a scan: a page that loads" in printed, "it says " + printed)
 must(programs / "pbm-validate", folder / "a #1%.pbvg")
 for file, (content, _, _) in files.items():
-    check((folder / file).read_bytes() == content, file + " is not that of the viewer")
-check((folder / "poster.jpg").read_bytes()[:3] == b"\xff\xd8\xff", "the poster is no JPEG")
+    check((folder / "pbm-viewer" / file).read_bytes() == content, file + " is not that of the viewer")
+check((folder / "pbm-viewer/poster.jpg").read_bytes()[:3] == b"\xff\xd8\xff", "the poster is no JPEG")
 page = Page(folder / "index.html")
 shown = page.elements["pbm-viewer"]
 check(page.title == name and shown["alt"] == name, f"the page is called {page.title}")
-check(target(shown["src"]) == "a #1%.pbvg" and target(shown["poster"]) == "poster.jpg", f"it shows {shown}")
-check(target(page.elements["script"]["src"]) in files, "the page loads another script")
+check(target(shown["src"]) == "a #1%.pbvg" and target(shown["poster"]) == "pbm-viewer/poster.jpg", f"it shows {shown}")
+check(target(page.elements["script"]["src"]).removeprefix("pbm-viewer/") in files, "the page loads another script")
 check("@" not in (folder / "index.html").read_text().replace("@MODEL@", ""), "a place of the page is not filled")
 check("camera-orbit" not in shown, "the default view is no view of its own")
 names = sorted(path.name for path in folder.iterdir())
-check(names == sorted([*files, "index.html", "poster.jpg", "a #1%.pbvg"]), f"it holds {names}")
+check(names == sorted(["index.html", "pbm-viewer", "a #1%.pbvg"]), f"it holds {names}")
 
 # Again, of the model in the folder, which is left alone, and of a view.
 before = (folder / "a #1%.pbvg").stat()
@@ -90,7 +90,7 @@ check((before.st_ino, before.st_mtime_ns) == (after.st_ino, after.st_mtime_ns), 
 sizes = report["page"]
 check(sizes["viewer_gzip_bytes"] == 1040 and sizes["threaded_viewer_gzip_bytes"] == 2, f"sizes of the viewer: {sizes}")
 check(sizes["model_bytes"] == after.st_size, f"size of the model: {sizes}")
-check(sizes["poster_bytes"] == (folder / "poster.jpg").stat().st_size, f"size of the poster: {sizes}")
+check(sizes["poster_bytes"] == (folder / "pbm-viewer/poster.jpg").stat().st_size, f"size of the poster: {sizes}")
 check(sizes["page_bytes"] == (folder / "index.html").stat().st_size, f"size of the page: {sizes}")
 shown = Page(folder / "index.html").elements["pbm-viewer"]
 theta, phi, percent = (float(word.removesuffix("rad").removesuffix("%")) for word in shown["camera-orbit"].split())
@@ -121,6 +121,10 @@ refused(2, "the viewer for web pages is not there", "pbm-build", "a #1%.ply", "-
 refused(2, "cannot make this folder", "pbm-render", "site/of a scan/a #1%.pbvg", "--page", "file")
 refused(2, "cannot make this folder", "pbm-build", "a #1%.ply", "--page", "file")
 refused(1, "--page needs an output with a name", "pbm-build", "a #1%.ply", "--page", "other", "-o", "-")
+for view in ("--help", "--version", "--colour red"):
+    refused(1, "makes no page" if view != "--colour red" else "--colour is not known", "pbm-build", "a #1%.ply", "--page", "early",
+            "--page-view=" + view)
+    check(not (work / "early").exists(), f"--page-view {view} is refused late")
 refused(1, "--colour is not known", "pbm-build", "a #1%.ply", "--page", "site/of a scan", "--page-view", "--colour red")
 must(programs / "pbm-validate", folder / "a #1%.pbvg")
 print("passed")

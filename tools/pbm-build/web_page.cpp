@@ -15,6 +15,30 @@ namespace {
 
 constexpr std::string_view kRenderer = "pbm-render";
 
+// The command that makes the page of a model.
+std::vector<std::string> page_command(const Arguments &arguments, const std::string &model) {
+    std::vector<std::string> words{find_program(kRenderer), model, "--page=" + arguments.page};
+    if (arguments.build.threads > 0)
+        words.push_back("--threads=" + std::to_string(arguments.build.threads));
+    std::istringstream view(arguments.page_view);
+    for (std::string word; view >> word;)
+        words.push_back(word);
+    return words;
+}
+
+// Refuses options of --page-view before the build: without a model the command ends as soon as it understands them.
+std::optional<int> check_view(std::string_view program, const Arguments &arguments) {
+    const auto ended = run_program(page_command(arguments, "/dev/null"), [](std::string_view) {});
+    if (!ended)
+        return command_line::fail(program, "--page", ended.error());
+    if (ended->exit_code == 0)
+        return command_line::fail_usage(program, "--page-view " + arguments.page_view + ": this makes no page");
+    if (ended->exit_code != exit_code(ErrorCode::usage))
+        return std::nullopt;
+    std::cerr << command_line::printable(ended->message) << '\n';
+    return ended->exit_code;
+}
+
 } // namespace
 
 std::optional<int> begin_page(std::string_view program, const Arguments &arguments) {
@@ -27,6 +51,8 @@ std::optional<int> begin_page(std::string_view program, const Arguments &argumen
         return command_line::fail(program, "--page", viewer.error());
     if (const Status free = command_line::check_page_folder(arguments.page); !free)
         return command_line::fail(program, "--page", free.error());
+    if (const auto refused = check_view(program, arguments))
+        return refused;
     std::error_code error;
     std::filesystem::create_directories(arguments.page, error);
     if (!error)
@@ -38,13 +64,7 @@ std::optional<int> begin_page(std::string_view program, const Arguments &argumen
 std::optional<int> make_page(std::string_view program, const Arguments &arguments, std::ostream *report) {
     if (arguments.page.empty())
         return std::nullopt;
-    std::vector<std::string> words{find_program(kRenderer), arguments.output, "--page=" + arguments.page};
-    if (arguments.build.threads > 0)
-        words.push_back("--threads=" + std::to_string(arguments.build.threads));
-    std::istringstream view(arguments.page_view);
-    for (std::string word; view >> word;)
-        words.push_back(word);
-    const auto ended = run_program(words, [&](std::string_view line) {
+    const auto ended = run_program(page_command(arguments, arguments.output), [&](std::string_view line) {
         if (report != nullptr && arguments.verbosity >= command_line::Verbosity::normal)
             *report << line << '\n';
     });

@@ -1,5 +1,6 @@
 #include "web_page.h"
 
+#include "command_line/command_line.h"
 #include "command_line/web_viewer.h"
 #include "pbm_render/camera/camera.h"
 #include "system/files/file_replacement.h"
@@ -23,8 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char *kTemplate = "page.html", *kList = "page_files.txt", *kPage = "index.html",
-                     *kPoster = "poster.jpg";
+constexpr const char *kViewer = "pbm-viewer", *kPoster = "poster.jpg"; // folder, and a file in it
 constexpr int kPosterQuality = 80;
 
 Error of_file(const fs::path &file, Error error) {
@@ -76,9 +76,10 @@ std::string reference_to(const std::string &name) {
 }
 
 std::string title_of(const WebPage &page) {
+    // Without characters that turn the text around or act on the terminal of those who read the page's source.
     const nlohmann::json metadata = nlohmann::json::parse(page.metadata, nullptr, false);
     if (metadata.is_object() && metadata.contains("name") && metadata["name"].is_string())
-        return metadata["name"];
+        return command_line::printable(metadata["name"].get<std::string>());
     return fs::path(page.name).stem().string();
 }
 
@@ -165,11 +166,11 @@ Result<WebPageSizes> write_web_page(const WebPage &page) {
         return form.error();
     const fs::path folder = page.folder;
     std::error_code error;
-    fs::create_directories(folder, error);
+    fs::create_directories(folder / kViewer, error);
     if (error)
         return Error{ErrorCode::io, 0, folder.string() + ": cannot make this folder: " + error.message()};
     WebPageSizes sizes;
-    if (Status copied = copy_viewer(*viewer, folder, sizes); !copied)
+    if (Status copied = copy_viewer(*viewer, folder / kViewer, sizes); !copied)
         return copied.error();
     if (Status copied = put_file(page.model, folder / page.name); !copied)
         return copied.error();
@@ -178,15 +179,15 @@ Result<WebPageSizes> write_web_page(const WebPage &page) {
     if (!poster)
         return poster.error();
     sizes.poster = poster->size();
-    if (Status written = write_file(folder / kPoster, *poster); !written)
+    if (Status written = write_file(folder / kViewer / kPoster, *poster); !written)
         return written.error();
     const std::string text = filled(*form, {{"@TITLE@", escaped(title_of(page))},
                                             {"@MODEL@", reference_to(page.name)},
-                                            {"@POSTER@", reference_to(kPoster)},
+                                            {"@POSTER@", std::string("./") + kViewer + "/" + kPoster},
                                             {"@BACKGROUND@", background_of(page.view)},
                                             {"@VIEW@", view_attributes(page)}});
     sizes.page = text.size();
-    if (Status written = write_file(folder / kPage, as_bytes(text)); !written)
+    if (Status written = write_file(folder / command_line::kPage, as_bytes(text)); !written)
         return written.error();
     return sizes;
 }

@@ -30,7 +30,8 @@ struct WebPageSizes {
     std::uint64_t threaded_viewer = 0; // what pages that are cross-origin isolated load as well
 };
 
-// Writes index.html, the model, the poster and the viewer's files; replaces those of before one by one, the page last.
+// Writes index.html, the model, and the folder pbm-viewer with the poster and the viewer's files; replaces those of
+// before one by one, the page last.
 //
 // errors  those of find_web_viewer and check_page_folder; io: a file cannot be written; the message names the file
 Result<WebPageSizes> write_web_page(const WebPage &page);
