@@ -128,6 +128,18 @@ describe("input", () => {
             await page.mouse.wheel(0, 100);
             await page.waitForFunction(() => scrollY > 0);
         }));
+    test("no zoom leads through the surface", () =>
+        withPage(VIEWER, {}, async (page) => {
+            await page.mouse.move(150, 110);
+            const point = () => page.evaluate(async () => (await viewer.positionFromPoint(150, 110)) && true);
+            assert.ok(await point(), "there is no surface to zoom at");
+            for (let i = 0; i < 40; ++i) {
+                await page.mouse.wheel(0, -200);
+                await page.waitForTimeout(40);
+            }
+            await atRest(page);
+            assert.ok(await point(), "the view is behind the surface");
+        }));
     test("keys turn, move and zoom", () =>
         withPage(VIEWER, {}, async (page) => {
             await page.keyboard.press("Tab");

@@ -5,7 +5,7 @@ import { creditsOf, linked } from "../viewer/credit.js";
 import { Motion } from "../viewer/motion.js";
 import * as orbits from "../viewer/orbit.js";
 
-const infoOf = (up, unit = "m") => ({ up, unit, lowest: [-1, -1, -1], highest: [1, 1, 1] });
+const infoOf = (up, unit = "m") => ({ up, unit, lowest: [-1, -1, -1], highest: [1, 1, 1], voxelSize: 1e-4 });
 const near = (a, b, tolerance = 1e-9) => {
     assert.equal(a.length, b.length);
     for (const [i, x] of a.entries()) assert.ok(Math.abs(x - b[i]) <= tolerance, `${a} is not near ${b}`);
@@ -28,6 +28,21 @@ describe("orbit", () => {
         near(at(0, 0).position, [0, 1, 0]);
         near(at(0, 0).up, [0, 0, -1]);
         near(at(0, Math.PI / 2).up, [0, 1, 0]);
+    });
+    test("a point that is zoomed at keeps its place, and is never reached", () => {
+        const stage = orbits.stageOf(infoOf("+y"));
+        const point = [0.4, 0.5, 0.2];
+        const seen = (orbit) => orbits.project(point, orbits.cameraOf(orbit, stage), 640, 480);
+        const first = seen(ORBIT);
+        let orbit = ORBIT;
+        for (let i = 1; i <= 60; ++i) {
+            orbit = orbits.approached(orbit, point, 1.3, stage);
+            const { x, y, depth } = seen(orbit);
+            near([x, y], [first.x, first.y], 1e-6);
+            near([depth, orbit.radius], [first.depth / 1.3 ** i, depth], 1e-9);
+        }
+        const behind = [10, 10, 10];
+        assert.equal(orbits.approached(ORBIT, behind, 2, stage), ORBIT);
     });
     test("a Z-up model is seen from -Y", () => {
         const camera = orbits.cameraOf(

@@ -2,7 +2,8 @@
 //
 //   turn(right, down)  drag with the left button or one finger; arrow keys
 //   pan(right, down)   drag with the right button, with shift, or with two fingers; arrow keys with shift
-//   zoom(factor)       wheel, pinch, plus and minus: what is seen becomes this many times as large
+//   zoom(factor, x, y) wheel, pinch, plus and minus: what is seen at client coordinates x, y becomes this many times as
+//                      large; keys give no place
 //   focus(x, y)        double click or double tap: client coordinates
 //   reset()            Home
 //
@@ -51,7 +52,7 @@ export function listen(element, actions, isZoomed, signal) {
         if (press && event.pointerType === "touch") return;
         if (pointers.size === 2) {
             actions.pan(right, down);
-            if (before.spread > 0 && now.spread > 0) actions.zoom(now.spread / before.spread);
+            if (before.spread > 0 && now.spread > 0) actions.zoom(now.spread / before.spread, now.x, now.y);
         } else if (event.buttons & 2 || event.shiftKey) {
             actions.pan(right, down);
         } else {
@@ -78,7 +79,8 @@ export function listen(element, actions, isZoomed, signal) {
             event.preventDefault();
             const pixels = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE : 1);
             // Pinches of a touchpad come as a wheel with Ctrl, in small steps.
-            actions.zoom(Math.exp(-Math.max(-200, Math.min(200, pixels)) * WHEEL_ZOOM * (event.ctrlKey ? 5 : 1)), true);
+            const factor = Math.exp(-Math.max(-200, Math.min(200, pixels)) * WHEEL_ZOOM * (event.ctrlKey ? 5 : 1));
+            actions.zoom(factor, event.clientX, event.clientY, true);
         },
         { passive: false },
     );
@@ -87,8 +89,8 @@ export function listen(element, actions, isZoomed, signal) {
         const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
         const arrow = arrows[event.key]?.map((x) => x * ARROW_STEP);
         if (arrow) (event.shiftKey ? actions.pan : actions.turn)(...arrow, true);
-        else if (event.key === "+" || event.key === "=" || event.key === "PageUp") actions.zoom(KEY_ZOOM, true);
-        else if (event.key === "-" || event.key === "_" || event.key === "PageDown") actions.zoom(1 / KEY_ZOOM, true);
+        else if (event.key === "+" || event.key === "=" || event.key === "PageUp") actions.zoom(KEY_ZOOM, null, null, true);
+        else if (event.key === "-" || event.key === "_" || event.key === "PageDown") actions.zoom(1 / KEY_ZOOM, null, null, true);
         else if (event.key === "Home") actions.reset();
         else return;
         event.preventDefault();

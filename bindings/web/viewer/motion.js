@@ -1,5 +1,5 @@
 // How the view moves: the orbit that is shown glides to its goal.
-import { panned, wholeDistance, within } from "./orbit.js";
+import { approached, panned, wholeDistance, within } from "./orbit.js";
 
 const GLIDE = 70; // ms: time constant
 const TURN = Math.PI; // radians of a drag as long as the picture is high
@@ -50,8 +50,10 @@ export class Motion {
         this.go(panned(this.goal, right, down, this.#stage), smooth);
     }
 
-    zoom(factor, smooth) {
-        this.go({ ...this.goal, radius: this.goal.radius / factor }, smooth);
+    // `point`: what to come near to, so that no zoom leads through the surface; null: the target.
+    zoom(factor, smooth, point) {
+        const goal = point && factor > 1 ? approached(this.goal, point, factor, this.#stage) : null;
+        this.go(goal ?? { ...this.goal, radius: this.goal.radius / factor }, smooth);
     }
 
     // The same view, seen after `angle` radians about the model's up axis.

@@ -14,8 +14,10 @@ const FRONT = { "+x": [0, 0, 1], "+y": [0, 0, 1], "+z": [0, -1, 0] };
 // Metres of a unit; a model of unknown unit is taken to be in metres.
 const METRES = { m: 1, cm: 0.01, mm: 0.001, km: 1000, in: 0.0254, ft: 0.3048, unknown: 1 };
 
-// The view may come as near as this part of the model's bounding sphere's radius, and go as far as this many.
+// The view may come as near as this part of the model's bounding sphere's radius, but not nearer than this many voxels:
+// there is nothing between them. It may go as far as this many radii.
 const NEAREST = 1 / 1000;
+const NEAREST_VOXELS = 4;
 const FARTHEST = 50;
 
 // What orbits need of a model: `info` as Model.info() returns it.
@@ -23,12 +25,14 @@ export function stageOf(info) {
     const up = UP[info.up];
     const front = FRONT[info.up];
     const centre = scaled(add(info.lowest, info.highest), 0.5);
+    const size = Math.hypot(...add(info.highest, info.lowest, -1)) / 2;
     return {
         up,
         front,
         right: cross(up, front),
         centre,
-        size: Math.hypot(...add(info.highest, info.lowest, -1)) / 2,
+        size,
+        nearest: Math.max(size * NEAREST, info.voxelSize * NEAREST_VOXELS),
         metre: 1 / METRES[info.unit], // model units
     };
 }
@@ -60,13 +64,13 @@ export function cameraOf({ theta, phi, radius, target, viewAngle }, { up, front,
 }
 
 // The nearest orbit that cannot lose the model: the target stays inside its bounding sphere.
-export function within(orbit, { centre, size }) {
+export function within(orbit, { centre, size, nearest }) {
     const offset = add(orbit.target, centre, -1);
     const distance = Math.hypot(...offset);
     return {
         ...orbit,
         phi: clamp(orbit.phi, 0, Math.PI),
-        radius: clamp(orbit.radius, size * NEAREST, size * FARTHEST),
+        radius: clamp(orbit.radius, nearest, size * FARTHEST),
         target: distance > size ? add(centre, offset, size / distance) : orbit.target,
         viewAngle: clamp(orbit.viewAngle, 0.01, 3),
     };
@@ -77,6 +81,17 @@ export function panned(orbit, right, down, stage) {
     const { up, side } = axesOf(cameraOf(orbit, stage));
     const height = 2 * orbit.radius * Math.tan(orbit.viewAngle / 2);
     return { ...orbit, target: add(add(orbit.target, side, -right * height), up, down * height) };
+}
+
+// Brings the camera nearer to a point that it sees, by this factor. The point keeps its place in the picture, and the view
+// turns about what lies as deep as it from then on. A point behind the eye changes nothing.
+export function approached(orbit, point, factor, stage) {
+    const { position, focalPoint } = cameraOf(orbit, stage);
+    const forward = scaled(add(focalPoint, position, -1), 1 / orbit.radius);
+    const depth = dot(add(point, position, -1), forward);
+    if (depth <= 0) return orbit;
+    const near = add(point, add(position, point, -1), 1 / factor);
+    return { ...orbit, radius: depth / factor, target: add(near, forward, depth / factor) };
 }
 
 function axesOf({ position, focalPoint, up }) {

@@ -14,6 +14,8 @@ const NEAR_SCREEN = "200px"; // lazy models are loaded when they are this near t
 const ROTATION_DELAY = 3000; // ms without input
 const ROTATION_SPEED = Math.PI / 32 / 1000; // radians per ms
 const LONGEST_TICK = 50; // ms that a view glides or turns on at once
+const ZOOM_PAUSE = 400; // ms without zooming after which another zoom begins
+const ZOOM_DISTANCE = 12; // CSS pixels, the same
 const FAILURES_TOLD = 3; // in a row, before a network failure is an error event
 
 class PbmViewer extends HTMLElement {
@@ -41,6 +43,7 @@ class PbmViewer extends HTMLElement {
     #rotationTimer = 0;
     #lastTick = 0;
     #touched = -Infinity; // time of the last input
+    #zoom = { x: 0, y: 0, time: -Infinity, point: null }; // the last one: client coordinates, and what is there
     #byUser = false; // the last change of the view
     #bytes = 0;
     #progress = 0;
@@ -397,7 +400,11 @@ class PbmViewer extends HTMLElement {
             {
                 turn: steer("turn"),
                 pan: steer("pan"),
-                zoom: steer("zoom"),
+                zoom: (factor, x, y, smooth) => {
+                    if (!this.#motion) return;
+                    this.#motion.zoom(factor, smooth, this.#pointOfZoom(x, y));
+                    this.#touch();
+                },
                 focus: async (x, y) => {
                     const point = await this.positionFromPoint(x, y);
                     if (!point || !this.#motion) return;
@@ -412,6 +419,23 @@ class PbmViewer extends HTMLElement {
             () => !this.hasAttribute("disable-zoom"),
             this.#gestures.signal,
         );
+    }
+
+    // The point of the model at client coordinates x, y (null: in the middle), which zooming comes near to; null as long as
+    // it is not known. A zoom keeps its point as long as it goes on at the same place.
+    #pointOfZoom(x, y) {
+        const box = this.getBoundingClientRect();
+        const place = { x: x ?? box.left + box.width / 2, y: y ?? box.top + box.height / 2 };
+        const now = performance.now();
+        const last = this.#zoom;
+        if (now - last.time > ZOOM_PAUSE || Math.hypot(place.x - last.x, place.y - last.y) > ZOOM_DISTANCE) {
+            const zoom = (this.#zoom = { ...place, point: null });
+            this.positionFromPoint(place.x, place.y).then((found) => {
+                zoom.point = found && [found.x, found.y, found.z];
+            });
+        }
+        this.#zoom.time = now;
+        return this.#zoom.point;
     }
 
     #touch() {
