@@ -8,7 +8,7 @@ shift || true
 
 [ -f "$build/compile_commands.json" ] || cmake --preset release -B "$build" >/dev/null
 folders=(system format_spec command_line runtime tools data bindings tests bench examples)
-mapfile -t all < <(find "${folders[@]}" \( -name '*.h' -o -name '*.cpp' \) -type f | sort)
+mapfile -t all < <(find "${folders[@]}" -name node_modules -prune -o \( -name "*.h" -o -name "*.cpp" \) -type f -print | sort)
 verdict=0
 unformatted=$(clang-format --dry-run "${all[@]}" 2>&1 | sed -n 's/^\([^ :]*\):[0-9:]* warning: code should.*/\1/p' | sort -u)
 if [ -n "$unformatted" ]; then

@@ -295,8 +295,8 @@ typedef struct pbm_picture {
 
 // Draws a picture; reads what it shows, and keeps that in memory for the next ones. `options` may be null. With other
 // values of `threads` or `max_memory` than in the last call it reads everything anew. A fine picture that differs from
-// the last one in nothing but a larger number of samples draws only those that it has more: 1, 2, .. 8 samples one after
-// the other take as long as 8 at once.
+// the last one in nothing but a larger number of samples draws only those that it has more: 1, 2, .. 8 samples one
+// after the other take as long as 8 at once.
 //
 // Of a file whose callback returned PBM_LATER during the call, the picture shows what is there: coarser levels, or the
 // background alone. It is exact if PBM_OK is returned and no callback returned PBM_LATER.

@@ -17,7 +17,6 @@
 #include "system/processes/paged_heap.h"
 #include "system/processes/this_process.h"
 #include "web_page.h"
-#include "web_page.h"
 
 #include <array>
 #include <chrono>
