@@ -253,7 +253,7 @@ class Pbm {
     room(bytes) {
         if (bytes > this.#roomBytes) {
             this.calls.module._free(this.#room);
-            this.#roomBytes = 0;
+            this.#room = this.#roomBytes = 0; // the allocation may fail
             this.#room = this.calls.memory.allocate(bytes);
             this.#roomBytes = bytes;
         }

@@ -2,6 +2,7 @@
 
 import { CODES, PbmError, usage } from "./errors.js";
 
+const LARGEST = 2 ** 32 - 1; // bytes that an address of 32 bits can count
 const BYTES = { i32: 4, u32: 4, address: 4, u64: 8, f64: 8, u8: 1, text: 1 };
 
 // A structure in C: "i32 code, text name 48, .." with members aligned to their size, and arrays with their length behind.
@@ -68,7 +69,8 @@ export class Memory {
 
     /** @returns {number} address of `count` bytes */
     allocate(count) {
-        const address = this.#malloc(count);
+        // malloc would take the number modulo 2^32.
+        const address = count <= LARGEST ? this.#malloc(count) : 0;
         if (address === 0)
             throw new PbmError({
                 code: CODES.LIMIT,

@@ -96,6 +96,32 @@ test("wrong calls are refused", () => {
         assert.throws(call, isUsage);
 });
 
+test("pictures that need more memory than there is are refused, and the next ones are right", () => {
+    const isLimit = (error) => error instanceof PbmError && error.code === CODES.LIMIT && error.name !== "";
+    const bytes = bytesOf(file),
+        model = pbm.openBytes(bytes),
+        camera = model.defaultCamera(200, 150);
+    const picture = () => model.render({ camera, ...SIZE }).pixels.slice();
+    const exact = picture();
+    for (let again = 0; again < 2; ++again)
+        // 8 * 2^30 bytes, 4 * 2^30 bytes, and 3.2e9 of them: more than 2^32, exactly as many, and fewer
+        for (const [edge, depths] of [
+            [32768, true],
+            [32768, false],
+            [20000, true],
+        ]) {
+            assert.throws(() => model.render({ camera, width: edge, height: edge, depths }), isLimit);
+            const others = Array.from({ length: 6 }, () => pbm.openBytes(bytes));
+            for (const other of [...others, model])
+                assert.deepEqual(other.render({ camera, ...SIZE }).pixels.slice(), exact);
+            others.forEach((other) => other.close());
+            assert.deepEqual(picture(), exact);
+        }
+    model.close();
+    assert.throws(() => validator.validate(new Uint8Array(2 ** 32)), isLimit); // which takes no memory: it is zero
+    assert.equal(validator.validate(bytes).verdict, 0);
+});
+
 test("loading is refused where it cannot work", async () => {
     await assert.rejects(loadPbm({ threads: -1 }), isUsage);
     await assert.rejects(loadPbm({ threads: "many" }), isUsage);
