@@ -156,6 +156,12 @@ describe("servers", () => {
         sameBytes(await pictureOf(page), expected);
         await page.close();
     });
+    test("a page in place of the rest of the file is an error", async () => {
+        const page = await show("?mode=replaced", { wait: false });
+        await page.waitForFunction(() => heard.some(({ name }) => name === "server.changed"), null, { timeout: 20000 });
+        assert.match(await notice(page), /changed on the server/);
+        await page.close();
+    });
     test("a missing file is an error", async () => {
         const page = await show("?status=404", { wait: false });
         await page.waitForFunction(() => heard.some(({ event }) => event === "error"));

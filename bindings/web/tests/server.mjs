@@ -8,6 +8,7 @@
 //   mode=elsewhere  states another range than was asked for
 //   mode=other      sends bytes of another place
 //   mode=changing   has another ETag for each answer
+//   mode=replaced   answers the first range, and then every request with a page of HTML
 //   hidden=1        Content-Range and ETag are left out, as if CORS hid them
 //   flip=N          byte N of the file is damaged
 //   cut=N           the file ends after N bytes
@@ -53,7 +54,8 @@ export async function startServer(folders, { isolated = false } = {}) {
             bytes[+searchParams.get("flip")] ^= 0x10;
         }
         if (searchParams.has("cut")) bytes = bytes.subarray(0, +searchParams.get("cut"));
-        const answer = answerOf(bytes, request.headers.range, searchParams.get("mode") ?? "ranges");
+        const isFirst = server.log.filter((other) => other.path === pathname).length === 1;
+        const answer = answerOf(bytes, request.headers.range, searchParams.get("mode") ?? "ranges", isFirst);
         const headers = {
             "Content-Type": TYPES[extname(file)] ?? "application/octet-stream",
             "Cache-Control": "no-store",
@@ -106,7 +108,8 @@ function isFile(name) {
     return statSync(name, { throwIfNoEntry: false })?.isFile() ?? false;
 }
 
-function answerOf(bytes, range, mode) {
+function answerOf(bytes, range, mode, isFirst) {
+    if (mode === "replaced" && !isFirst) return { status: 200, headers: {}, body: Buffer.from("<h1>Log in</h1>") };
     const size = bytes.length;
     const parts = mode === "plain" ? null : /^bytes=(\d+)-(\d*)$/.exec(range ?? "");
     if (!parts) return { status: 200, headers: mode === "plain" ? {} : { "Accept-Ranges": "bytes" }, body: bytes };

@@ -285,6 +285,14 @@ describe("sources", () => {
         });
         assert.equal(failures[0].name, "server.changed");
     });
+    test("a page in place of the file, once the size is known, is an error", async (t) => {
+        t.mock.method(console, "warn", () => {});
+        const { failures } = await follow("/file?mode=replaced", (source, store, { failures }) => {
+            source.want(store.missing(0, SIZE));
+            return failures.length > 0;
+        });
+        assert.equal(failures[0].name, "server.changed");
+    });
     test("a missing file is an error that names the status", async () => {
         const { failures } = await follow("/nothing", (source, store, { failures }) => failures.length > 0);
         assert.match(failures[0].message, /404 Not Found/);

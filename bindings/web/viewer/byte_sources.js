@@ -31,6 +31,10 @@ export class SourceError extends Error {
     }
 }
 
+function changed() {
+    return new SourceError("server.changed", "The file changed on the server: load the page again.");
+}
+
 // The server breaks the rules of range requests (RFC 9110, section 14).
 class RangeLie extends Error {}
 
@@ -57,6 +61,7 @@ class UrlSource {
     #queue = []; // ranges to request, most urgent first
     #streamed = false; // the server answers without ranges
     #version = null; // validator of the file on the server: ETag, or its date
+    #stated = null; // size, while the server still answered ranges
     #closed = new AbortController();
     #failures = 0; // in a row
     #pause = null; // promise while waiting for the network
@@ -147,8 +152,7 @@ class UrlSource {
 
     #checkVersion(response) {
         const version = response.headers.get("etag") ?? response.headers.get("last-modified");
-        if (this.#version !== null && version !== null && version !== this.#version)
-            throw new SourceError("server.changed", "The file changed on the server: load the page again.");
+        if (this.#version !== null && version !== null && version !== this.#version) throw changed();
         this.#version ??= version;
     }
 
@@ -175,6 +179,7 @@ class UrlSource {
     }
 
     #setEnd(request) {
+        if (this.#stated !== null && request.at !== this.#stated) throw changed();
         this.size = request.at;
         request.to = request.at;
         this.#listener.arrived();
@@ -214,6 +219,7 @@ class UrlSource {
         this.#store.clear();
         this.#streamed = true;
         this.#queue = [];
+        this.#stated = this.size;
         this.size = null;
         this.#start([0, Infinity]);
     }
