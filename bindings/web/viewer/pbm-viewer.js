@@ -209,7 +209,12 @@ class PbmViewer extends HTMLElement {
         const src = this.getAttribute("src");
         if (!this.#life || !(this.#opened || src)) return;
         this.#close();
-        this.#url = this.#opened ? null : new URL(src, document.baseURI).href;
+        try {
+            this.#url = this.#opened ? null : new Request(src).url;
+        } catch {
+            this.#fail(fault(CODES.USAGE, "address", `"${src}" is no address of a model.`), true);
+            return;
+        }
         this.#canvas = document.createElement("canvas");
         this.#canvas.setAttribute("part", "canvas");
         this.#parts.input.before(this.#canvas);
@@ -217,17 +222,8 @@ class PbmViewer extends HTMLElement {
         if (!canvas) this.#context = this.#canvas.getContext("2d");
         this.#worker = newWorker();
         this.#worker.onmessage = ({ data }) => this.#receive(data);
-        this.#worker.onerror = () =>
-            this.#fail(
-                {
-                    code: CODES.IO,
-                    name: "worker",
-                    offset: null,
-                    rule: "",
-                    message: "The worker of the viewer cannot run: are all files of the package on the server?",
-                },
-                true,
-            );
+        const text = "The worker of the viewer cannot run: are all files of the package on the server?";
+        this.#worker.onerror = () => this.#fail(fault(CODES.IO, "worker", text), true);
         this.#worker.postMessage(
             { type: "start", canvas, url: this.#url, blob: this.#opened, maxMemory: this.#maxMemory() },
             canvas ? [canvas] : [],
@@ -536,6 +532,10 @@ class PbmViewer extends HTMLElement {
         this.#hotspots.find(this.#stage?.metre ?? 1);
         this.#refresh();
     }
+}
+
+function fault(code, name, message) {
+    return { code, name, offset: null, rule: "", message };
 }
 
 function isMotionReduced() {
