@@ -216,6 +216,9 @@ describe("credits", () => {
             { text: "creativecommons.org", href: "https://creativecommons.org/licenses/by/4.0/" },
             { text: "." },
         ]);
+        for (const href of ["https://paypal.com@evil.example/", "https://paypal.com:x@evil.example"])
+            assert.deepEqual(linked(`see ${href}`), [{ text: "see" }, { text: "evil.example", href }]);
+        assert.deepEqual(linked("a https://[ b"), [{ text: "a https://[ b" }]);
         const text = "javascript:alert(1) <javascript:alert(1)> <script>x</script>";
         assert.deepEqual(linked(text), [{ text }]);
     });
