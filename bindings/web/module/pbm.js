@@ -21,6 +21,7 @@ const SEVERITIES = ["info", "warning", "error"];
 const NO_OFFSET = 2 ** 64; // UINT64_MAX as a number
 const DEFAULT_MAX_MEMORY = 256 * 2 ** 20;
 const MAX_THREADS = 16;
+const LARGEST_EDGE = 32768; // pixels of a picture
 const IS_NODE = typeof process === "object" && process.versions?.node !== undefined;
 
 function one_of(names, value, what) {
@@ -32,7 +33,7 @@ async function compile(url) {
     if (IS_NODE && url.protocol === "file:")
         return WebAssembly.compile(await (await import("node:fs/promises")).readFile(url));
     const response = await fetch(url);
-    if (!response.ok) throw new PbmError({ code: CODES.IO, message: `${url} is not there: HTTP ${response.status}` });
+    if (!response.ok) throw new Error(`HTTP ${response.status} for ${url}`);
     // Hosts that do not know the media type application/wasm send it as bytes.
     if (response.headers.get("content-type") === "application/wasm") return WebAssembly.compileStreaming(response);
     return WebAssembly.compile(await response.arrayBuffer());
@@ -43,12 +44,18 @@ function warn(text) {
     if (!IS_NODE || !text.startsWith("Blocking on the main thread")) console.warn(text);
 }
 
+async function fetchModule(script, wasm, base) {
+    try {
+        return await Promise.all([import(new URL(script, base).href), compile(new URL(wasm, base))]);
+    } catch (error) {
+        const message = `${script} and ${wasm} cannot be loaded from ${base}: ${error.message}`;
+        throw new PbmError({ code: CODES.IO, message });
+    }
+}
+
 /** Instantiates a module of emscripten. `callbacks`: what callbacks.js calls. */
 async function instantiate(script, wasm, base, callbacks) {
-    const [{ default: create }, compiled] = await Promise.all([
-        import(new URL(script, base).href),
-        compile(new URL(wasm, base)),
-    ]);
+    const [{ default: create }, compiled] = await fetchModule(script, wasm, base);
     let memory;
     return new Promise((resolve, reject) => {
         create({
@@ -106,6 +113,7 @@ class Model {
     }
 
     defaultCamera(width, height) {
+        checkSize(width, height);
         const { calls, scratch } = this.#pbm;
         calls.memory.write(CAMERA, scratch, {});
         if (!this.#call((error) => calls.module._pbm_default_camera(this.#handle, width, height, scratch, error)))
@@ -115,6 +123,7 @@ class Model {
     }
 
     render(given) {
+        checkObject(given, "render needs { camera, width, height }: see pbm.d.ts for more");
         const pbm = this.#pbm,
             { calls } = pbm,
             { memory } = calls,
@@ -122,10 +131,9 @@ class Model {
         const camera = pbm.scratch,
             options = camera + CAMERA.size,
             picture = options + OPTIONS.size;
+        checkSize(width, height);
         const pixelBytes = 4 * width * height,
             depthCount = given.depths ? width * height : 0;
-        if (!(width >= 1 && height >= 1 && width <= 32768 && height <= 32768))
-            throw usage(`a picture of ${width} x ${height} pixels; each is 1 .. 32768`);
         const pixels = pbm.room(pixelBytes + 4 * depthCount),
             depths = given.depths ? pixels + pixelBytes : 0;
         writeCamera(memory, camera, given.camera);
@@ -167,9 +175,18 @@ class Model {
     }
 }
 
+function checkObject(value, message) {
+    if (typeof value !== "object" || value === null) throw usage(message);
+}
+
+function checkSize(width, height) {
+    for (const [name, edge] of Object.entries({ width, height }))
+        if (!(Number.isInteger(edge) && edge >= 1 && edge <= LARGEST_EDGE))
+            throw usage(`${name} is ${edge}, not a whole number of pixels from 1 to ${LARGEST_EDGE}`);
+}
+
 function writeCamera(memory, address, camera) {
-    if (camera === undefined || camera === null)
-        throw usage("render needs a camera: that of defaultCamera(), or one of your own");
+    checkObject(camera, "render needs a camera: that of defaultCamera(), or one of your own");
     const { clipPlane, clipBox } = camera;
     memory.write(CAMERA, address, {
         ...camera,
@@ -184,7 +201,9 @@ function writeCamera(memory, address, camera) {
 
 function writeOptions(memory, address, given, threads) {
     let flags = given.background ? USE_BACKGROUND : 0;
-    for (const name of given.without ?? []) flags |= one_of(LEAVE_OUT, name, "without");
+    const without = given.without ?? [];
+    if (!Array.isArray(without)) throw usage(`without is ${without}, not an array of names`);
+    for (const name of without) flags |= one_of(LEAVE_OUT, name, "without");
     memory.write(OPTIONS, address, {
         quality: one_of(QUALITIES, given.quality ?? "fast", "quality"),
         depthCue: one_of(DEPTH_CUES, given.depthCue ?? "none", "depthCue"),
@@ -224,7 +243,8 @@ class Pbm {
         return this;
     }
 
-    open({ size, read }) {
+    open(from) {
+        const { size, read } = from ?? {};
         if (!Number.isSafeInteger(size) || size < 0 || typeof read !== "function")
             throw usage("open needs { size, read }: a number of bytes and a function");
         const { calls, scratch } = this,
@@ -253,7 +273,7 @@ class Pbm {
     room(bytes) {
         if (bytes > this.#roomBytes) {
             this.calls.module._free(this.#room);
-            this.#roomBytes = 0;
+            this.#room = this.#roomBytes = 0; // the allocation may fail
             this.#room = this.calls.memory.allocate(bytes);
             this.#roomBytes = bytes;
         }

@@ -2,6 +2,7 @@
 
 import { CODES, PbmError, usage } from "./errors.js";
 
+const LARGEST = 2 ** 32 - 1; // bytes that an address of 32 bits can count
 const BYTES = { i32: 4, u32: 4, address: 4, u64: 8, f64: 8, u8: 1, text: 1 };
 
 // A structure in C: "i32 code, text name 48, .." with members aligned to their size, and arrays with their length behind.
@@ -44,7 +45,19 @@ export const FINDING = structure(
     "i32 severity, i32 code, u64 offset, address name, address rule, address section, address message, address remedy",
 );
 
+// The least and the largest whole number that a member may have.
+const RANGES = {
+    i32: [-(2 ** 31), 2 ** 31 - 1],
+    u32: [0, 2 ** 32 - 1],
+    address: [0, 2 ** 32 - 1],
+    u64: [0, Number.MAX_SAFE_INTEGER],
+};
+
 const decoder = new TextDecoder();
+
+function isWithin(number, [least, largest]) {
+    return Number.isInteger(number) && number >= least && number <= largest;
+}
 
 /** The memory of a module. Views of it end when it grows: they are made anew for each use. */
 export class Memory {
@@ -68,7 +81,8 @@ export class Memory {
 
     /** @returns {number} address of `count` bytes */
     allocate(count) {
-        const address = this.#malloc(count);
+        // malloc would take the number modulo 2^32.
+        const address = count <= LARGEST ? this.#malloc(count) : 0;
         if (address === 0)
             throw new PbmError({
                 code: CODES.LIMIT,
@@ -119,21 +133,20 @@ export class Memory {
         this.bytes(address, size).fill(0);
         const view = new DataView(this.#memory.buffer, address, size);
         for (const { type, name, offset, count } of places) {
-            const given = name === "structSize" ? size : (values[name] ?? 0);
-            const numbers = count === undefined ? [given] : given === 0 ? [] : Array.from(given);
-            if (
-                numbers.length > (count ?? 1) ||
-                (count !== undefined && numbers.length !== 0 && numbers.length !== count)
-            )
-                throw usage(`${name} needs ${count} numbers`);
-            numbers.forEach((value, i) => {
-                const at = offset + BYTES[type] * i,
-                    number = Number(value);
+            const given = name === "structSize" ? size : values[name];
+            if (given === undefined || given === null) continue;
+            const numbers = count === undefined ? [given] : Array.from(given);
+            if (numbers.length !== (count ?? 1)) throw usage(`${name} needs ${count} numbers`);
+            numbers.forEach((number, i) => {
+                const at = offset + BYTES[type] * i;
+                if (typeof number !== "number") throw usage(`${name} needs numbers, not ${typeof number}`);
+                if (type in RANGES && !isWithin(number, RANGES[type]))
+                    throw usage(`${name} is ${number}, not a whole number, ${RANGES[type].join(" .. ")}`);
                 switch (type) {
                     case "f64":
                         return view.setFloat64(at, number, true);
                     case "u64":
-                        return view.setBigUint64(at, BigInt(Math.max(0, Math.trunc(number))), true);
+                        return view.setBigUint64(at, BigInt(number), true);
                     case "u8":
                         return view.setUint8(at, Math.min(255, Math.max(0, Math.round(number))));
                     default:

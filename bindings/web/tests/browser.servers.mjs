@@ -92,6 +92,25 @@ describe("servers", () => {
             await page.close();
         });
     }
+    test("a server that compresses every answer gives the same picture", async () => {
+        const page = await show("?mode=gzip");
+        sameBytes(await pictureOf(page), expected);
+        assert.equal(requests().at(-1).range, null);
+        assert.deepEqual(await errors(page), []);
+        await page.close();
+    });
+    for (const address of ["http://[", "http://user:word@localhost/", "foo:bar", "javascript:alert(1)", "blob:null/1"])
+        test(`the address ${address} is an error`, async () => {
+            const page = await tests.open(`<pbm-viewer id="viewer" src="${address}">`, { wait: false });
+            await page.waitForFunction(() => heard.some(({ event }) => event === "error"));
+            assert.deepEqual(
+                (await errors(page)).map(({ name }) => name),
+                ["address"],
+            );
+            assert.ok((await notice(page)).includes(address));
+            assert.ok(page.faults.every((fault) => /^(Fetch API|Not allowed|Failed to load resource)/.test(fault)), page.faults.join());
+            await page.close();
+        });
     test("a streamed file is drawn as it arrives, coarse first", async () => {
         const page = await show(`?mode=plain&rate=${Math.round(size / 3)}`, { wait: false });
         await page.waitForFunction(() => viewer.loaded, null, { timeout: 20000 });
@@ -154,6 +173,12 @@ describe("servers", () => {
         await page.context().setOffline(false);
         await atRest(page);
         sameBytes(await pictureOf(page), expected);
+        await page.close();
+    });
+    test("a page in place of the rest of the file is an error", async () => {
+        const page = await show("?mode=replaced", { wait: false });
+        await page.waitForFunction(() => heard.some(({ name }) => name === "server.changed"), null, { timeout: 20000 });
+        assert.match(await notice(page), /changed on the server/);
         await page.close();
     });
     test("a missing file is an error", async () => {

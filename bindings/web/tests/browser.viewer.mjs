@@ -328,6 +328,65 @@ describe("the page", () => {
         assert.equal((await orbit(page)).theta, 0);
         await page.close();
     });
+    test("a camera that is no number is told, and the next one is shown", async () => {
+        const page = await tests.open(VIEWER);
+        for (const [name, value] of [
+            ["camera-orbit", "1e999deg 75deg 100%"],
+            ["camera-target", "1e999 0 0"],
+            ["field-of-view", ".deg"],
+        ]) {
+            await page.evaluate(([name, value]) => viewer.setAttribute(name, value), [name, value]);
+            await page.evaluate((name) => viewer.removeAttribute(name), name);
+        }
+        assert.equal(page.faults.filter((text) => /write/.test(text)).length, 3);
+        await page.evaluate(() => viewer.setAttribute("camera-orbit", "20deg 75deg 100%"));
+        await atRest(page);
+        assert.ok(Math.abs((await orbit(page)).theta - Math.PI / 9) < 1e-9);
+        assert.deepEqual(await heard(page, "error"), []);
+        await page.close();
+    });
+    const resize = (page, width, height) =>
+        page.evaluate((css) => (viewer.style.cssText = css), `width: ${width}px !important; height: ${height}px !important`);
+    test("pictures have no more than 32768 columns", () =>
+        withPage(VIEWER, {}, async (page) => {
+            await resize(page, 40000, 20);
+            await page.waitForFunction(async () => (await viewer.statistics()).width === 32768);
+            assert.deepEqual(await heard(page, "error"), []);
+        }));
+    test("a picture that is too large for memory is told once, and the next one is shown", () =>
+        withPage(VIEWER, {}, async (page) => {
+            await resize(page, 32768, 16400);
+            await page.waitForFunction(() => heard.some(({ event }) => event === "error"));
+            await resize(page, 320, 240);
+            await atRest(page);
+            assert.equal(await page.evaluate(async () => (await viewer.statistics()).width), 320);
+            const errors = await heard(page, "error");
+            assert.deepEqual(
+                errors.map(({ code, name }) => [code, name]),
+                [[4, "system.memory"]],
+            );
+            assert.equal(await page.locator("#message").innerText(), "");
+        }));
+    test("a view that needs more than max-memory is told until another one is complete", () =>
+        withPage(VIEWER.replace("controls", 'max-memory="0.01"'), {}, async (page) => {
+            const look = async (orbit) => {
+                await page.evaluate((orbit) => viewer.setCamera({ orbit }, { smooth: false }), orbit);
+                await atRest(page);
+                return page.locator("#message").innerText();
+            };
+            assert.match(await look("auto auto 20%"), /more than the 0.01 MB that max-memory allows/);
+            assert.equal(await look("auto auto 5000%"), "");
+            assert.match(await look("auto auto 20%"), /max-memory/);
+            assert.equal((await heard(page, "error")).length, 2);
+        }));
+    for (const memory of ["Infinity", "-1", "none", "1e300"])
+        test(`max-memory="${memory}" leaves a viewer that works`, async () => {
+            const page = await tests.open(VIEWER.replace("controls", `max-memory="${memory}"`));
+            assert.deepEqual(await heard(page, "error"), []);
+            const isWrong = memory === "-1" || memory === "none";
+            assert.equal(/max-memory.*no number of MB/.test(page.faults.join()), isWrong);
+            await page.close();
+        });
     test("hotspots stay at their point and hide behind the model", () =>
         withPage(VIEWER, {}, async (page) => {
             // A point of the surface, and one behind the model as far away as the model is large.

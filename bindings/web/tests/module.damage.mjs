@@ -67,6 +67,7 @@ test("invalid files of the law neither crash nor hang", () => {
 test("wrong calls are refused", () => {
     assert.throws(() => pbm.openBytes("text"), isUsage);
     assert.throws(() => pbm.openBytes(null), isUsage);
+    for (const source of [undefined, null, 5, "text"]) assert.throws(() => pbm.open(source), isUsage);
     for (const source of [{ size: -1, read() {} }, { size: 1.5, read() {} }, { size: 10 }, { size: NaN, read() {} }])
         assert.throws(() => pbm.open(source), isUsage);
     const model = pbm.openBytes(bytesOf(file)),
@@ -75,7 +76,21 @@ test("wrong calls are refused", () => {
         { ...SIZE },
         { camera, width: 0, height: 10 },
         { camera, width: 10 },
+        undefined,
+        null,
+        5,
         { camera, width: 1e9, height: 1 },
+        { camera, width: 10.5, height: 10 },
+        { camera, width: "10", height: 10 },
+        { camera: 5, ...SIZE },
+        { camera, ...SIZE, without: 5 },
+        { camera, ...SIZE, without: "texture" },
+        { camera, ...SIZE, background: 5 },
+        { camera, ...SIZE, background: ["red", 0, 0, 0] },
+        { camera, ...SIZE, samples: 1.5 },
+        { camera, ...SIZE, finestLevel: 2 ** 31 },
+        { camera, ...SIZE, maxError: "1" },
+        { camera: { ...camera, position: ["1", 0, 0] }, ...SIZE },
         { camera, ...SIZE, quality: "best" },
         { camera, ...SIZE, without: ["sky"] },
         { camera, ...SIZE, samples: 257 },
@@ -89,17 +104,57 @@ test("wrong calls are refused", () => {
         { camera: { ...camera, up: [1, 2] }, ...SIZE },
     ])
         assert.throws(() => model.render(options), isUsage, JSON.stringify(options));
-    for (const size of [0, -1, 40000]) assert.throws(() => model.defaultCamera(size, 10), isUsage);
+    for (const maxMemory of [Infinity, NaN, -1, 0.5, 1e300, "1", 1n])
+        assert.throws(
+            () => model.render({ camera, ...SIZE, maxMemory }),
+            (error) => isUsage(error) && /^maxMemory/.test(error.message),
+        );
+    for (const maxFindings of [Infinity, NaN, -1, 0.5, "1"])
+        assert.throws(
+            () => validator.validate(new Uint8Array(1), { maxFindings }),
+            (error) => isUsage(error) && /^maxFindings/.test(error.message),
+        );
+    for (const size of [0, -1, 40000, 1.5, NaN, undefined]) assert.throws(() => model.defaultCamera(size, 10), isUsage);
     model.close();
     model.close();
     for (const call of [() => model.info(), () => model.defaultCamera(10, 10), () => model.render({ camera, ...SIZE })])
         assert.throws(call, isUsage);
 });
 
+test("pictures that need more memory than there is are refused, and the next ones are right", () => {
+    const isLimit = (error) => error instanceof PbmError && error.code === CODES.LIMIT && error.name !== "";
+    const bytes = bytesOf(file),
+        model = pbm.openBytes(bytes),
+        camera = model.defaultCamera(200, 150);
+    const picture = () => model.render({ camera, ...SIZE }).pixels.slice();
+    const exact = picture();
+    for (let again = 0; again < 2; ++again)
+        // 8 * 2^30 bytes, 4 * 2^30 bytes, and 3.2e9 of them: more than 2^32, exactly as many, and fewer
+        for (const [edge, depths] of [
+            [32768, true],
+            [32768, false],
+            [20000, true],
+        ]) {
+            assert.throws(() => model.render({ camera, width: edge, height: edge, depths }), isLimit);
+            const others = Array.from({ length: 6 }, () => pbm.openBytes(bytes));
+            for (const other of [...others, model])
+                assert.deepEqual(other.render({ camera, ...SIZE }).pixels.slice(), exact);
+            others.forEach((other) => other.close());
+            assert.deepEqual(picture(), exact);
+        }
+    model.close();
+    assert.throws(() => validator.validate(new Uint8Array(2 ** 32)), isLimit); // which takes no memory: it is zero
+    assert.equal(validator.validate(bytes).verdict, 0);
+});
+
 test("loading is refused where it cannot work", async () => {
     await assert.rejects(loadPbm({ threads: -1 }), isUsage);
     await assert.rejects(loadPbm({ threads: "many" }), isUsage);
-    await assert.rejects(loadPbm({ base: "file:///nowhere/" }));
+    const isMissing = (error) => error instanceof PbmError && error.code === CODES.IO;
+    for (const base of ["file:///nowhere/", "nowhere"]) {
+        await assert.rejects(loadPbm({ base }), isMissing);
+        await assert.rejects(loadValidator({ base }), isMissing);
+    }
 });
 
 test("memory is bounded", () => {

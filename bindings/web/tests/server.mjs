@@ -8,15 +8,19 @@
 //   mode=elsewhere  states another range than was asked for
 //   mode=other      sends bytes of another place
 //   mode=changing   has another ETag for each answer
+//   mode=replaced   answers the first range, and then every request with a page of HTML
+//   mode=gzip       compresses every answer (Content-Encoding), and answers no ranges
 //   hidden=1        Content-Range and ETag are left out, as if CORS hid them
 //   flip=N          byte N of the file is damaged
 //   cut=N           the file ends after N bytes
 //   drop=N          the first answer with a body ends after N bytes, and its connection with it
 //   rate=N          bytes a second;  delay=MS  before an answer
+//   stall=N         answers wait after N bytes while `stalled`
 //   status=N        answers with this status
 import { createServer } from "node:http";
 import { readFileSync, statSync } from "node:fs";
 import { extname, join, normalize } from "node:path";
+import { gzipSync } from "node:zlib";
 import { setTimeout as sleep } from "node:timers/promises";
 
 const TYPES = {
@@ -30,9 +34,9 @@ const TYPES = {
 };
 
 // `isolated`: with the headers that allow threads. The result has `url`, `log` ([{path, range, status, sent}]), `down`
-// (true: every connection is broken) and close().
+// (true: every connection is broken), `stalled` (true: answers with stall=N wait) and close().
 export async function startServer(folders, { isolated = false } = {}) {
-    const server = { log: [], down: false, isolated };
+    const server = { log: [], down: false, stalled: false, isolated };
     const contents = new Map(); // of files, by name
     const dropped = new Set();
     const sockets = new Set();
@@ -53,7 +57,8 @@ export async function startServer(folders, { isolated = false } = {}) {
             bytes[+searchParams.get("flip")] ^= 0x10;
         }
         if (searchParams.has("cut")) bytes = bytes.subarray(0, +searchParams.get("cut"));
-        const answer = answerOf(bytes, request.headers.range, searchParams.get("mode") ?? "ranges");
+        const isFirst = server.log.filter((other) => other.path === pathname).length === 1;
+        const answer = answerOf(bytes, request.headers.range, searchParams.get("mode") ?? "ranges", isFirst);
         const headers = {
             "Content-Type": TYPES[extname(file)] ?? "application/octet-stream",
             "Cache-Control": "no-store",
@@ -70,9 +75,13 @@ export async function startServer(folders, { isolated = false } = {}) {
             });
         const drop = searchParams.has("drop") && !dropped.has(pathname + search) ? +searchParams.get("drop") : null;
         if (drop !== null) dropped.add(pathname + search);
-        await finish(response, entry, answer.status, headers, answer.body, { drop, rate: +searchParams.get("rate") });
+        await finish(response, entry, answer.status, headers, answer.body, {
+            drop,
+            rate: +searchParams.get("rate"),
+            stall: +(searchParams.get("stall") ?? Infinity),
+        });
     });
-    async function finish(response, entry, status, headers, body, { drop = null, rate = 0 } = {}) {
+    async function finish(response, entry, status, headers, body, { drop = null, rate = 0, stall = Infinity } = {}) {
         entry.status = status;
         response.writeHead(status, { "Content-Length": body.length, ...headers });
         const step = rate ? Math.max(1024, Math.round(rate / 50)) : 65536;
@@ -80,6 +89,7 @@ export async function startServer(folders, { isolated = false } = {}) {
             const part = body.subarray(at, Math.min(at + step, drop ?? body.length));
             if (part.length > 0) response.write(part);
             entry.sent += part.length;
+            while (server.stalled && entry.sent >= stall && !response.destroyed) await sleep(50);
             if (server.down || (drop !== null && at + step >= drop)) {
                 await sleep(20);
                 return response.destroy();
@@ -106,8 +116,10 @@ function isFile(name) {
     return statSync(name, { throwIfNoEntry: false })?.isFile() ?? false;
 }
 
-function answerOf(bytes, range, mode) {
+function answerOf(bytes, range, mode, isFirst) {
+    if (mode === "replaced" && !isFirst) return { status: 200, headers: {}, body: Buffer.from("<h1>Log in</h1>") };
     const size = bytes.length;
+    if (mode === "gzip") return { status: 200, headers: { "Content-Encoding": "gzip" }, body: gzipSync(bytes) };
     const parts = mode === "plain" ? null : /^bytes=(\d+)-(\d*)$/.exec(range ?? "");
     if (!parts) return { status: 200, headers: mode === "plain" ? {} : { "Accept-Ranges": "bytes" }, body: bytes };
     const from = +parts[1];

@@ -285,6 +285,14 @@ describe("sources", () => {
         });
         assert.equal(failures[0].name, "server.changed");
     });
+    test("a page in place of the file, once the size is known, is an error", async (t) => {
+        t.mock.method(console, "warn", () => {});
+        const { failures } = await follow("/file?mode=replaced", (source, store, { failures }) => {
+            source.want(store.missing(0, SIZE));
+            return failures.length > 0;
+        });
+        assert.equal(failures[0].name, "server.changed");
+    });
     test("a missing file is an error that names the status", async () => {
         const { failures } = await follow("/nothing", (source, store, { failures }) => failures.length > 0);
         assert.match(failures[0].message, /404 Not Found/);
@@ -313,6 +321,27 @@ describe("sources", () => {
         });
         assertWhole(result);
         assert.equal(result.waits.at(-1), null);
+    });
+    test("a server that stops in the middle is told, and waited for", async () => {
+        server.stalled = true;
+        const result = await follow("/file?mode=plain&stall=65536", (source, store, { waits }) => {
+            if (waits.length === 1) server.stalled = false;
+            return source.size !== null;
+        });
+        assertWhole(result);
+        assert.match(result.waits[0].message, /does not answer/);
+        assert.deepEqual(result.waits.slice(1), [null]);
+        assert.equal(server.log.length, 1);
+    });
+    test("an address that no network leads to is an error at once", async () => {
+        const url = URL.createObjectURL(new Blob([FILE]));
+        URL.revokeObjectURL(url);
+        for (const address of [url, "foo:bar", "javascript:1"]) {
+            const isOver = (source, store, { failures }) => failures.length > 0;
+            const open = (_, ...rest) => openUrl(address, ...rest);
+            const { failures, waits } = await follow(null, isOver, { open });
+            assert.deepEqual([failures[0].name, waits.length], ["address", 0]);
+        }
     });
     test("a Blob is read by slices", async () => {
         const result = await follow(new Blob([FILE]), wantAll, { open: openBlob });

@@ -116,16 +116,37 @@ describe("attributes", () => {
         const { radius, viewAngle } = orbitFrom(null, null, "10deg");
         near([viewAngle, radius * Math.sin(viewAngle / 2)], [Math.PI / 18, 10 * Math.sin(0.25)]);
     });
-    for (const [orbit, target] of [
+    for (const [orbit, target, fieldOfView = null] of [
         ["30 auto auto", null],
         ["auto auto", null],
         ["auto auto 3px", null],
         [null, "1 2"],
+        ["0px auto auto", null],
+        ["1e999deg auto auto", null],
+        [".deg auto auto", null],
+        ["1.2.3deg auto auto", null],
+        ["auto auto 1e999%", null],
+        ["auto auto .", null],
+        ["auto auto 1deg", null],
+        [null, "0 -1e999m 0"],
+        [null, null, "abc"],
+        [null, null, ".deg"],
+        [null, null, "1e999deg"],
+        [null, null, "0"],
+        [null, null, "-30deg"],
+        [null, null, "180deg"],
     ]) {
-        test(`${orbit ?? target} is refused with advice`, () => {
-            assert.throws(() => orbitFrom(orbit, target, null), /write/);
+        test(`${orbit ?? target ?? fieldOfView} is refused with advice`, () => {
+            assert.throws(() => orbitFrom(orbit, target, fieldOfView), /write/);
         });
     }
+    test("numbers of any size lead to finite cameras", () => {
+        for (const number of ["1e99", "-1e99", "1e-320", ".5", "5."]) {
+            const orbit = orbitFrom(`${number}deg ${number}rad ${number}%`, `${number} ${number}mm ${number}m`, null);
+            const { position, up } = orbits.cameraOf(orbit, stage);
+            assert.ok([...position, ...up].every(Number.isFinite), number);
+        }
+    });
     test("the model cannot be lost", () => {
         const orbit = orbitFrom("0 -3rad 1e9", "100 0 0", null);
         near([orbit.phi, orbit.radius, ...orbit.target], [0, 50 * Math.sqrt(3), Math.sqrt(3), 0, 0]);
@@ -195,6 +216,9 @@ describe("credits", () => {
             { text: "creativecommons.org", href: "https://creativecommons.org/licenses/by/4.0/" },
             { text: "." },
         ]);
+        for (const href of ["https://paypal.com@evil.example/", "https://paypal.com:x@evil.example"])
+            assert.deepEqual(linked(`see ${href}`), [{ text: "see" }, { text: "evil.example", href }]);
+        assert.deepEqual(linked("a https://[ b"), [{ text: "a https://[ b" }]);
         const text = "javascript:alert(1) <javascript:alert(1)> <script>x</script>";
         assert.deepEqual(linked(text), [{ text }]);
     });

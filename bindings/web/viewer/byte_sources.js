@@ -13,8 +13,8 @@
 // `listener` hears of what happens:
 //   arrived()                   there are new bytes, or the size is known
 //   failed(error)               a SourceError; no further bytes will come
-//   waiting(error, times)       the network failed this many times in a row, and the source tries again; null: it is
-//                               back
+//   waiting(error, times)       the network failed this many times in a row, and the source tries again; 0 times: the
+//                               server does not answer, and the source waits; null: it is back
 import { CODES } from "./errors.js";
 import { plan } from "./ranges.js";
 
@@ -23,12 +23,20 @@ export const FIRST_BYTES = 64 * 1024;
 const PARALLEL = 3;
 const FIRST_DELAY = 500; // ms before the first repetition; doubled each time
 const LONGEST_DELAY = 15000;
+// Failures in a row before the first answer, from which on each repetition tries without Range, too: browsers refuse
+// a server that compresses what it answers to a range.
+const RANGES_TRIED = 2;
+const PATIENCE = 10000; // ms without a byte, until the listener hears of it
 
 export class SourceError extends Error {
     constructor(name, message, code = CODES.IO) {
         super(message);
         Object.assign(this, { name, code, offset: null });
     }
+}
+
+function changed() {
+    return new SourceError("server.changed", "The file changed on the server: load the page again.");
 }
 
 // The server breaks the rules of range requests (RFC 9110, section 14).
@@ -57,8 +65,12 @@ class UrlSource {
     #queue = []; // ranges to request, most urgent first
     #streamed = false; // the server answers without ranges
     #version = null; // validator of the file on the server: ETag, or its date
+    #stated = null; // size, while the server still answered ranges
     #closed = new AbortController();
     #failures = 0; // in a row
+    #withoutRange = false; // the next request
+    #stall = null; // timer of the next notice that no byte comes
+    #stalled = false;
     #pause = null; // promise while waiting for the network
 
     constructor(url, store, listener) {
@@ -80,6 +92,7 @@ class UrlSource {
         this.#closed.abort();
         this.#queue = [];
         for (const request of this.#running) request.abort.abort();
+        clearTimeout(this.#stall);
     }
 
     #next() {
@@ -97,8 +110,19 @@ class UrlSource {
             else this.#fail(error);
         } finally {
             this.#running.delete(request);
+            if (this.#running.size === 0) clearTimeout(this.#stall);
             this.#next();
         }
+    }
+
+    // Bytes are expected from now on.
+    #expect() {
+        clearTimeout(this.#stall);
+        this.#stall = setTimeout(() => {
+            this.#stalled = true;
+            const text = `The server does not answer for ${this.#url}. The viewer waits for it.`;
+            this.#listener.waiting(new SourceError("network", text), 0);
+        }, PATIENCE);
     }
 
     // Until all bytes are here. Only what the network is to blame for is repeated.
@@ -111,14 +135,20 @@ class UrlSource {
             } catch (error) {
                 if (request.abort.signal.aborted) return;
                 if (error instanceof RangeLie || error instanceof SourceError) throw error;
-                this.#wait(error);
+                // There is no network to wait for.
+                if (!/^https?:/.test(this.#url))
+                    throw new SourceError("address", `${this.#url} cannot be read (${error.message}).`);
+                this.#withoutRange =
+                    !this.#withoutRange && this.figures.bytes === 0 && this.#failures >= RANGES_TRIED;
+                if (!this.#withoutRange) this.#wait(error);
             }
         }
     }
 
     async #fetch(request) {
         const asked = { from: request.at, to: request.to };
-        const whole = this.#streamed && asked.from === 0;
+        const whole = (this.#streamed || this.#withoutRange) && asked.from === 0;
+        this.#expect();
         this.figures.requests += 1;
         const response = await fetch(this.#url, {
             headers: whole ? {} : { Range: `bytes=${asked.from}-${Number.isFinite(asked.to) ? asked.to - 1 : ""}` },
@@ -147,8 +177,7 @@ class UrlSource {
 
     #checkVersion(response) {
         const version = response.headers.get("etag") ?? response.headers.get("last-modified");
-        if (this.#version !== null && version !== null && version !== this.#version)
-            throw new SourceError("server.changed", "The file changed on the server: load the page again.");
+        if (this.#version !== null && version !== null && version !== this.#version) throw changed();
         this.#version ??= version;
     }
 
@@ -175,6 +204,7 @@ class UrlSource {
     }
 
     #setEnd(request) {
+        if (this.#stated !== null && request.at !== this.#stated) throw changed();
         this.size = request.at;
         request.to = request.at;
         this.#listener.arrived();
@@ -186,6 +216,7 @@ class UrlSource {
         for (let at = offset; ;) {
             const { done, value } = await reader.read();
             if (done) return;
+            this.#expect();
             this.#recover();
             this.figures.bytes += value.length;
             if (at + value.length > end)
@@ -214,12 +245,14 @@ class UrlSource {
         this.#store.clear();
         this.#streamed = true;
         this.#queue = [];
+        this.#stated = this.size;
         this.size = null;
         this.#start([0, Infinity]);
     }
 
     #wait(error) {
         if (this.#pause) return;
+        clearTimeout(this.#stall);
         const delay = Math.min(FIRST_DELAY * 2 ** this.#failures, LONGEST_DELAY);
         this.#failures += 1;
         this.#listener.waiting(
@@ -239,8 +272,9 @@ class UrlSource {
     }
 
     #recover() {
-        if (this.#failures === 0) return;
+        if (this.#failures === 0 && !this.#stalled) return;
         this.#failures = 0;
+        this.#stalled = false;
         this.#listener.waiting(null, 0);
     }
 

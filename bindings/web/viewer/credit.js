@@ -25,17 +25,28 @@ function plain(text) {
         .slice(0, LONGEST);
 }
 
+// The server that an address leads to, and nothing that only looks like one; null: it is no address.
+function hostOf(href) {
+    try {
+        return new URL(href).host;
+    } catch {
+        return null;
+    }
+}
+
 // Parts of a text: {text} or {text, href}. A link in angle brackets belongs to the words in front of it.
 export function linked(text) {
     const parts = [];
     const pattern = /<(https?:\/\/[^\s<>"]+)>|https?:\/\/[^\s<>"]*[^\s<>".,;:!?)]/g;
     let at = 0;
     for (const match of text.matchAll(pattern)) {
-        const before = text.slice(at, match.index).trim();
         const href = match[1] ?? match[0];
+        const host = hostOf(href);
+        if (host === null) continue;
+        const before = text.slice(at, match.index).trim();
         at = match.index + match[0].length;
         if (before && match[1]) parts.push({ text: before, href });
-        else parts.push(...(before ? [{ text: before }] : []), { text: href.split("/")[2], href });
+        else parts.push(...(before ? [{ text: before }] : []), { text: host, href });
     }
     const rest = text.slice(at).trim();
     if (rest) parts.push({ text: rest });

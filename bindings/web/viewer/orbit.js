@@ -14,6 +14,8 @@ const FRONT = { "+x": [0, 0, 1], "+y": [0, 0, 1], "+z": [0, -1, 0] };
 // Metres of a unit; a model of unknown unit is taken to be in metres.
 const METRES = { m: 1, cm: 0.01, mm: 0.001, km: 1000, in: 0.0254, ft: 0.3048, unknown: 1 };
 
+const LARGEST = 1e100; // number in an attribute: what is computed from it stays finite
+
 // The view may come as near as this part of the model's bounding sphere's radius, but not nearer than this many voxels:
 // there is nothing between them. It may go as far as this many radii.
 const NEAREST = 1 / 1000;
@@ -134,23 +136,29 @@ export function isVisible(point, normal, { camera, width, height, depths }, tole
     return farthest >= depth - tolerance - 2 * pixel;
 }
 
+// "1.5cm" -> {value, unit}; null: there is no number, or one too large.
+function parseQuantity(text) {
+    const parts = /^([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)([a-z%]*)$/.exec(text.trim());
+    return parts && Math.abs(parts[1]) < LARGEST ? { value: +parts[1], unit: parts[2] } : null;
+}
+
 // "30deg", "0.5rad", "auto" -> radians or null; throws a RangeError.
 function parseAngle(text) {
-    const parts = /^(auto|0|[-+]?[\d.]+(?:e[-+]?\d+)?(deg|rad))$/.exec(text.trim());
-    if (!parts) throw new RangeError(`"${text}" is no angle: write 30deg, 0.5rad or auto`);
     if (text.trim() === "auto") return null;
-    const value = parseFloat(text);
-    return parts[2] === "deg" ? (value * Math.PI) / 180 : value;
+    const { value, unit } = parseQuantity(text) ?? {};
+    if (unit === "deg") return (value * Math.PI) / 180;
+    if (unit === "rad" || (unit === "" && value === 0)) return value;
+    throw new RangeError(`"${text}" is no angle: write 30deg, 0.5rad or auto`);
 }
 
 // "1.2", "1.2m", "105%" (of `whole`), "auto" -> model units or null. Throws a RangeError.
 function parseLength(text, metre, whole) {
-    const parts = /^(auto|[-+]?[\d.]+(?:e[-+]?\d+)?(m|cm|mm|%)?)$/.exec(text.trim());
-    if (!parts) throw new RangeError(`"${text}" is no length: write 1.5, 1.5m, 20cm, 5mm, 105% or auto`);
     if (text.trim() === "auto") return null;
-    const value = parseFloat(text);
-    if (!parts[2]) return value;
-    return parts[2] === "%" ? (value / 100) * whole : value * METRES[parts[2]] * metre;
+    const { value, unit } = parseQuantity(text) ?? {};
+    if (unit === "") return value;
+    if (unit === "%") return (value / 100) * whole;
+    if (["m", "cm", "mm"].includes(unit)) return value * METRES[unit] * metre;
+    throw new RangeError(`"${text}" is no length: write 1.5, 1.5m, 20cm, 5mm, 105% or auto`);
 }
 
 // The distance from which a model is seen whole, whatever the direction: its bounding sphere touches the border of a
@@ -171,6 +179,8 @@ export function orbitFrom(framed, stage, aspect, cameraOrbit, cameraTarget, fiel
     const orbit = { ...framed };
     if (fieldOfView) {
         orbit.viewAngle = parseAngle(fieldOfView) ?? framed.viewAngle;
+        if (!(orbit.viewAngle > 0 && orbit.viewAngle < Math.PI))
+            throw new RangeError(`"${fieldOfView}" is no field of view: write more than 0 and less than 180deg`);
         // As much of the model as before.
         orbit.radius *= Math.sin(framed.viewAngle / 2) / Math.sin(orbit.viewAngle / 2);
     }

@@ -10,6 +10,8 @@ import { adoptProperties, defineProperties } from "./properties.js";
 import { styles, template } from "./template.js";
 
 const DEFAULT_MEMORY = 256; // MB
+const LARGEST_MEMORY = 2048; // MB: that of the module
+const LARGEST_EDGE = 32768; // pixels of a picture
 const NEAR_SCREEN = "200px"; // lazy models are loaded when they are this near to the visible part of the page
 const ROTATION_DELAY = 3000; // ms without input
 const ROTATION_SPEED = Math.PI / 32 / 1000; // radians per ms
@@ -49,6 +51,7 @@ class PbmViewer extends HTMLElement {
     #progress = 0;
     #loaded = false;
     #dismissed = false;
+    #passing = null; // text of the notice that goes when the view has no error any more
     #hotspots;
 
     constructor() {
@@ -206,7 +209,12 @@ class PbmViewer extends HTMLElement {
         const src = this.getAttribute("src");
         if (!this.#life || !(this.#opened || src)) return;
         this.#close();
-        this.#url = this.#opened ? null : new URL(src, document.baseURI).href;
+        try {
+            this.#url = this.#opened ? null : new Request(src).url;
+        } catch {
+            this.#fail(fault(CODES.USAGE, "address", `"${src}" is no address of a model.`), true);
+            return;
+        }
         this.#canvas = document.createElement("canvas");
         this.#canvas.setAttribute("part", "canvas");
         this.#parts.input.before(this.#canvas);
@@ -214,24 +222,23 @@ class PbmViewer extends HTMLElement {
         if (!canvas) this.#context = this.#canvas.getContext("2d");
         this.#worker = newWorker();
         this.#worker.onmessage = ({ data }) => this.#receive(data);
-        this.#worker.onerror = () =>
-            this.#fail(
-                {
-                    code: CODES.IO,
-                    name: "worker",
-                    offset: null,
-                    rule: "",
-                    message: "The worker of the viewer cannot run: are all files of the package on the server?",
-                },
-                true,
-            );
-        const maxMemory = (parseFloat(this.getAttribute("max-memory")) || DEFAULT_MEMORY) * 1e6;
+        const text = "The worker of the viewer cannot run: are all files of the package on the server?";
+        this.#worker.onerror = () => this.#fail(fault(CODES.IO, "worker", text), true);
         this.#worker.postMessage(
-            { type: "start", canvas, url: this.#url, blob: this.#opened, maxMemory },
+            { type: "start", canvas, url: this.#url, blob: this.#opened, maxMemory: this.#maxMemory() },
             canvas ? [canvas] : [],
         );
         this.#pause();
         this.#refresh();
+    }
+
+    // Bytes.
+    #maxMemory() {
+        const text = this.getAttribute("max-memory") ?? String(DEFAULT_MEMORY);
+        const megabytes = parseFloat(text);
+        if (megabytes > 0) return Math.min(megabytes, LARGEST_MEMORY) * 1e6;
+        console.error(`pbm-viewer: max-memory="${text}" is no number of MB above 0: it is ${DEFAULT_MEMORY} now`);
+        return DEFAULT_MEMORY * 1e6;
     }
 
     #close() {
@@ -257,7 +264,8 @@ class PbmViewer extends HTMLElement {
             this.#refresh();
         } else if (type === "frame") this.#showFrame(message);
         else if (type === "progress") this.#report(message);
-        else if (type === "failed") this.#fail(message.error, message.fatal);
+        else if (type === "failed") this.#fail(message.error, message.fatal, message.passing);
+        else if (type === "recovered") this.#recover();
         else if (type === "waiting") this.#wait(message);
         else {
             this.#answers.get(message.id)?.(message.value);
@@ -315,13 +323,19 @@ class PbmViewer extends HTMLElement {
         this.#emit("progress", { bytes, totalProgress: this.#progress });
     }
 
-    #fail(error, fatal) {
+    #fail(error, fatal, passing = false) {
         const place = error.offset === null ? "" : ` (byte ${error.offset})`;
         this.#parts.message.textContent = fatal
             ? error.message
             : `Not all of this model can be shown: ${error.message}${place}`;
+        if (passing) this.#passing = this.#parts.message.textContent;
         if (fatal) this.#parts.bar.classList.add("gone");
         this.#emit("error", error);
+    }
+
+    #recover() {
+        const { message } = this.#parts;
+        if (message.textContent === this.#passing) message.textContent = "";
     }
 
     #wait({ error, times }) {
@@ -366,10 +380,11 @@ class PbmViewer extends HTMLElement {
             // Emulated screens of developer tools state CSS pixels as device pixels.
             return device && Math.abs(device - estimate) <= 1 ? device : Math.round(estimate);
         };
-        this.#size = {
-            width: pixels(contentRect.width, exact?.inlineSize),
-            height: pixels(contentRect.height, exact?.blockSize),
-        };
+        const width = pixels(contentRect.width, exact?.inlineSize);
+        const height = pixels(contentRect.height, exact?.blockSize);
+        const scale = Math.min(1, LARGEST_EDGE / Math.max(width, height));
+        const scaled = (edge) => Math.min(Math.ceil(edge * scale), LARGEST_EDGE);
+        this.#size = { width: scaled(width), height: scaled(height) };
         this.#refresh();
     }
 
@@ -517,6 +532,10 @@ class PbmViewer extends HTMLElement {
         this.#hotspots.find(this.#stage?.metre ?? 1);
         this.#refresh();
     }
+}
+
+function fault(code, name, message) {
+    return { code, name, offset: null, rule: "", message };
 }
 
 function isMotionReduced() {

@@ -6,7 +6,10 @@
 //         quality, hotspots}                                  frame {camera, width, height, complete, visible,
 //   pause {paused}                                                   pixels}
 //   ask {id, question, ...}                                   progress {bytes, wanted}
-//                                                             failed {error, fatal}, waiting {error, times}
+//                                                             failed {error, fatal, passing}  passing: the next view
+//                                                                  may have no such error
+//                                                             recovered {}  no passing error holds any more
+//                                                             waiting {error, times}
 //                                                             answer {id, value}
 //
 // It draws only what changed. A moving view is drawn at the scale that keeps the frame rate; a view at rest exactly,
@@ -60,6 +63,7 @@ class ViewWorker {
     #firstAfter = null;
     #exactAfter = null;
     #told = new Set(); // errors that were reported
+    #toldOfView = new Set(); // the same, of those that another view may not have
     #over = false;
 
     async start({ canvas, url, blob, maxMemory }) {
@@ -104,7 +108,7 @@ class ViewWorker {
             else if (question === "statistics") value = this.#statistics();
             else if (question === "snapshot") value = await this.#snapshot(parameters);
         } catch (error) {
-            this.#end(error);
+            this.#onError(error);
         }
         post({ type: "answer", id, value });
     }
@@ -148,7 +152,7 @@ class ViewWorker {
                 this.#schedule(0);
             }
         } catch (error) {
-            this.#end(error);
+            this.#onError(error);
         }
     }
 
@@ -249,7 +253,7 @@ class ViewWorker {
             background: full.background,
             depths: true,
             maxError: this.#maxError,
-            maxMemory: this.#maxMemory * DECODED_PART,
+            maxMemory: Math.ceil(this.#maxMemory * DECODED_PART),
         });
         if (error?.code === CODES.LIMIT && this.#maxError < COARSEST) {
             this.#store.takeLacking();
@@ -263,8 +267,13 @@ class ViewWorker {
         if (samples > 0) this.#times.fine = (end - begin) / samples;
         else if (scale === 1) this.#times.fast = end - begin;
         this.#firstAfter ??= end - this.#started;
-        if (complete && scale === 1) this.#exactAfter ??= end - this.#started;
-        if (error) this.#reportError(error);
+        if (complete && scale === 1) {
+            this.#exactAfter ??= end - this.#started;
+            if (this.#toldOfView.size > 0) post({ type: "recovered" });
+            this.#toldOfView.clear();
+        }
+        if (error?.code === CODES.LIMIT) this.#reportOfView(this.#memoryError());
+        else if (error) this.#reportError(error);
         this.#picture.settled = this.#requestLacking() === 0;
         const visible = full.hotspots.map(({ position, normal }) =>
             isVisible(position, normal, this.#picture, 3 * this.#info.voxelSize + 0.002 * this.#stage.size),
@@ -354,11 +363,30 @@ class ViewWorker {
         };
     }
 
+    #memoryError() {
+        const text = `This view needs more than the ${this.#maxMemory / 1e6} MB that max-memory allows.`;
+        return new SourceError("limit.memory", text, CODES.LIMIT);
+    }
+
     #reportError(error, fatal = false) {
+        this.#tell(this.#told, error, { fatal, passing: false });
+    }
+
+    #reportOfView(error) {
+        this.#tell(this.#toldOfView, error, { fatal: false, passing: true });
+    }
+
+    #tell(told, error, kind) {
         const key = `${error.name} ${error.offset}`;
-        if (this.#told.has(key)) return;
-        this.#told.add(key);
-        post({ type: "failed", error: plain(error), fatal });
+        if (told.has(key)) return;
+        told.add(key);
+        post({ type: "failed", error: plain(error), ...kind });
+    }
+
+    // A picture may be too large, or its camera see nothing: the next view may be better.
+    #onError(error) {
+        if (this.#stage && (error.code === CODES.USAGE || error.code === CODES.LIMIT)) this.#reportOfView(error);
+        else this.#end(error);
     }
 
     // Nothing can be drawn any more.
