@@ -3,7 +3,7 @@
 # 12, runs the programs on a sample, purges them, and looks for what is left. try_packages.sh [--built] [FOLDER]
 #   --built  takes the packages of build/package/packages as they are
 #   FOLDER   where the Debian is made; default: a temporary folder, removed in the end
-# Root only. Needs the sets `packaging` and `site` of install_packages.sh and the network of apt. Ends with 77 where the set is
+# Root only. Needs the sets `packaging` and `site` of install_packages.sh and the network of apt. Ends with 77 where one is
 # missing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
