@@ -58,19 +58,21 @@ def fish(program, line, script):
 
 
 # zsh completes in an interactive shell only: one on a pseudo terminal prints what it would offer. Its arguments are the
-# folders of the functions and of the files, then the lines.
+# folders of the functions and of the files, then the lines. A line is typed once the editor waits for it (EDITORREADY):
+# before, the terminal itself would take ^U, and erase the line.
 ZSH = r"""
 zmodload zsh/zpty
 zpty shell zsh -f -i
 zpty -w shell "PROMPT= ; fpath=($1 \$fpath); autoload -Uz compinit; compinit -u -D; cd $2; setopt no_list_beep"
 zpty -w shell 'compadd() { if [[ ${@[1,(i)(-|--)]} == *-(O|A|D)* ]]; then builtin compadd "$@"; return $?; fi
   typeset -a offers; builtin compadd -A offers "$@"; builtin compadd "$@"; for o in $offers; do print -r -- "OFFER:$o"; done; }'
-zpty -w shell 'bindkey "^I" complete-word; print READY""NOW'
-zpty -r -m shell out '*READYNOW*'
+zpty -w shell 'zle-line-init() { print EDITOR""READY; }; zle -N zle-line-init'
+zpty -w shell 'bindkey "^I" complete-word; print BEGIN""NOW'
+zpty -r -m shell out '*BEGINNOW*EDITORREADY*'
 for line in "${@[3,-1]}"; do
     zpty -w -n shell "$line"$'\t'
     zpty -w -n shell $'\x15print END""NOW\n'
-    zpty -r -m shell out '*ENDNOW*'
+    zpty -r -m shell out '*ENDNOW*EDITORREADY*'
     print -r -- "$out"
     print -r -- NEXTLINE
 done
