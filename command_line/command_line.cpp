@@ -6,6 +6,7 @@
 #include "system/files/file_replacement.h"
 #include "system/processes/this_process.h"
 #include "system/threads/large_stack.h"
+#include "system/utf8.h"
 
 #include <algorithm>
 #include <array>
@@ -79,6 +80,24 @@ std::string printable(std::string_view text) {
             (out += "\\x") += {kHex[c >> 4], kHex[c & 15]};
         else
             out += text[i];
+    }
+    return out;
+}
+
+std::string markup(std::string_view text) {
+    const std::string line = printable(text);
+    std::string out;
+    for (std::string_view left = line; !left.empty();) {
+        const Utf8Character character = utf8_character(left);
+        const std::string_view bytes = left.substr(0, std::max<std::size_t>(character.bytes, 1));
+        left.remove_prefix(bytes.size());
+        const bool is_none = character.bytes == 0 || character.code == 0xFFFE || character.code == 0xFFFF;
+        out += is_none         ? "\xEF\xBF\xBD"
+               : bytes == "&"  ? "&amp;"
+               : bytes == "<"  ? "&lt;"
+               : bytes == ">"  ? "&gt;"
+               : bytes == "\"" ? "&quot;"
+                               : bytes;
     }
     return out;
 }

@@ -32,6 +32,8 @@ Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<cons
 
 // Escapes control characters as \n, \t or \x1b, so that the text fits on one line.
 std::string printable(std::string_view text);
+// The same as text of an attribute or element of XML and HTML: UTF-8 alone, and their own characters escaped.
+std::string markup(std::string_view text);
 
 // Prints `PROGRAM: PATH: MESSAGE` and the offset, if any, as one line on stderr and in the log. Where memory is short
 // because the caller has limited this process, the line says so. Returns the exit code.

@@ -10,14 +10,12 @@ namespace pbm::command_line {
 
 inline constexpr const char *kPageForm = "page.html", *kPageFiles = "page_files.txt", *kPage = "index.html";
 
-// The folder of the viewer's files: $PBM_WEB, share/pbm/web of the installation, or that of the build tree.
+// The folder of the viewer's files for a page in `folder`: $PBM_WEB, share/pbm/web of the installation, or that of the
+// build tree.
 //
-// errors  io  the viewer is not installed; the message names the folder and how to get the viewer
-Result<std::string> find_web_viewer();
-
-// Whether `folder` can take a page: a page that is there was written by these programs.
-//
-// errors  io  the message names the file and what to do
-Status check_page_folder(const std::string &folder);
+// errors  io  the viewer is not installed, or `folder` holds a page that these programs did not write; the message
+// names
+//             the file and what to do
+Result<std::string> find_web_viewer(const std::string &folder);
 
 } // namespace pbm::command_line

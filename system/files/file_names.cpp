@@ -25,6 +25,20 @@ std::string_view uncompressed_name(std::string_view path) {
     return is_compressed ? path.substr(0, path.size() - extension.size()) : path;
 }
 
+std::string uri_of(std::string_view path) {
+    constexpr std::string_view kHex = "0123456789ABCDEF";
+    constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~/";
+    std::string uri = path.starts_with('/') ? "file://" : "";
+    for (const char c : path) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (kPlain.find(c) != std::string_view::npos)
+            uri += c;
+        else
+            (uri += '%') += {kHex[byte >> 4], kHex[byte & 15]};
+    }
+    return uri;
+}
+
 std::string xdg_folder(const char *variable, std::string_view fallback, std::string_view name) {
     const char *const given = std::getenv(variable);
     if (given != nullptr && std::filesystem::path(given).is_absolute()) // the specification ignores relative paths

@@ -1,4 +1,4 @@
-// File names: their parts, letters without case, and the user's folders.
+// File names: their parts, letters without case, as references, and the user's folders.
 #pragma once
 
 #include <string>
@@ -15,6 +15,9 @@ std::string lower_extension(std::string_view path);
 
 // The name without the extension of a compressed file: "scan.ply" of "scan.ply.gz".
 std::string_view uncompressed_name(std::string_view path);
+
+// A file as a reference of RFC 3986: other bytes than letters, digits and -._~/ are escaped.
+std::string uri_of(std::string_view path);
 
 // `name` in the folder that the environment variable `variable` of the XDG base directory specification names, else in
 // `fallback` of the home folder: xdg_folder("XDG_CACHE_HOME", ".cache", "pbm"). Empty if there is no home.

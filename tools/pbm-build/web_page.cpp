@@ -47,10 +47,8 @@ std::optional<int> begin_page(std::string_view program, const Arguments &argumen
     if (find_program(kRenderer).empty())
         return command_line::fail(program, "--page",
                                   {ErrorCode::memory, 0, "pbm-render makes the page, and it is not installed"});
-    if (const auto viewer = command_line::find_web_viewer(); !viewer)
+    if (const auto viewer = command_line::find_web_viewer(arguments.page); !viewer)
         return command_line::fail(program, "--page", viewer.error());
-    if (const Status free = command_line::check_page_folder(arguments.page); !free)
-        return command_line::fail(program, "--page", free.error());
     if (const auto refused = check_view(program, arguments))
         return refused;
     std::error_code error;

@@ -2,37 +2,17 @@
 #include "verdict.h"
 
 #include "command_line/command_line.h"
-#include "system/utf8.h"
 
 namespace pbm::validate_program {
 
 namespace {
 
-// Text of an attribute or element: no control characters, UTF-8 alone, and XML's own characters escaped.
-std::string xml(std::string_view text) {
-    const std::string line = command_line::printable(text);
-    std::string out;
-    for (std::string_view left = line; !left.empty();) {
-        const Utf8Character character = utf8_character(left);
-        const std::string_view bytes = left.substr(0, std::max<std::size_t>(character.bytes, 1));
-        left.remove_prefix(bytes.size());
-        const bool is_none = character.bytes == 0 || character.code == 0xFFFE || character.code == 0xFFFF;
-        out += is_none         ? "\xEF\xBF\xBD"
-               : bytes == "&"  ? "&amp;"
-               : bytes == "<"  ? "&lt;"
-               : bytes == ">"  ? "&gt;"
-               : bytes == "\"" ? "&quot;"
-                               : bytes;
-    }
-    return out;
-}
-
 std::string lines_of(const ValidationReport &report) {
     std::string lines;
     for (const Finding &finding : report.findings)
-        lines += xml(text_of(finding)) + "\n";
+        lines += command_line::markup(text_of(finding)) + "\n";
     if (const std::string rest = text_of_rest(report); !rest.empty())
-        lines += xml(rest) + "\n";
+        lines += command_line::markup(rest) + "\n";
     return lines;
 }
 
@@ -47,8 +27,8 @@ std::string outcome_of(const Verdict &verdict) {
         type = findings.front().entry->name;
         message = findings.front().message;
     }
-    return "      <" + element + " type=\"" + xml(type) + "\" message=\"" + xml(message) + "\">" + lines + "</" +
-           element + ">\n";
+    return "      <" + element + " type=\"" + command_line::markup(type) + "\" message=\"" +
+           command_line::markup(message) + "\">" + lines + "</" + element + ">\n";
 }
 
 } // namespace
@@ -61,7 +41,8 @@ std::string report_as_junit(const std::vector<Verdict> &verdicts, ValidationLeve
         errors += !verdict.valid && !verdict.was_read ? 1 : 0;
         const std::string outcome = outcome_of(verdict);
         cases += "    <testcase classname=\"pbm-validate." + std::string(to_string(level)) + "\" name=\"" +
-                 xml(verdict.path) + "\"" + (outcome.empty() ? "/>\n" : ">\n" + outcome + "    </testcase>\n");
+                 command_line::markup(verdict.path) + "\"" +
+                 (outcome.empty() ? "/>\n" : ">\n" + outcome + "    </testcase>\n");
     }
     const std::string counts = "tests=\"" + std::to_string(verdicts.size()) + "\" failures=\"" +
                                std::to_string(failures) + "\" errors=\"" + std::to_string(errors) + "\"";

@@ -1,6 +1,8 @@
 // The report of --json as SARIF 2.1.0, for services that show findings of analysers. Every fact is the JSON report's.
 #include "verdict.h"
 
+#include "system/files/file_names.h"
+
 #include <nlohmann/json.hpp>
 
 #include <map>
@@ -14,21 +16,6 @@ using nlohmann::ordered_json;
 
 const char *level_of(const std::string &severity) {
     return severity == "error" ? "error" : severity == "warning" ? "warning" : "note";
-}
-
-// A reference of RFC 3986: other bytes than letters, digits and -._~/ are escaped.
-std::string uri_of(const std::string &path) {
-    constexpr std::string_view kHex = "0123456789ABCDEF";
-    constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~/";
-    std::string uri = path.starts_with('/') ? "file://" : "";
-    for (const char c : path) {
-        const auto byte = static_cast<unsigned char>(c);
-        if (kPlain.find(c) != std::string_view::npos)
-            uri += c;
-        else
-            (uri += '%') += {kHex[byte >> 4], kHex[byte & 15]};
-    }
-    return uri;
 }
 
 json artifact_location(const std::string &path, std::size_t index) {

@@ -24,7 +24,7 @@ const MAX_THREADS = 16;
 const LARGEST_EDGE = 32768; // pixels of a picture
 const IS_NODE = typeof process === "object" && process.versions?.node !== undefined;
 
-function one_of(names, value, what) {
+function oneOf(names, value, what) {
     if (!Object.hasOwn(names, value)) throw usage(`${what} is ${value}, not ${Object.keys(names).join(", ")}`);
     return names[value];
 }
@@ -203,10 +203,10 @@ function writeOptions(memory, address, given, threads) {
     let flags = given.background ? USE_BACKGROUND : 0;
     const without = given.without ?? [];
     if (!Array.isArray(without)) throw usage(`without is ${without}, not an array of names`);
-    for (const name of without) flags |= one_of(LEAVE_OUT, name, "without");
+    for (const name of without) flags |= oneOf(LEAVE_OUT, name, "without");
     memory.write(OPTIONS, address, {
-        quality: one_of(QUALITIES, given.quality ?? "fast", "quality"),
-        depthCue: one_of(DEPTH_CUES, given.depthCue ?? "none", "depthCue"),
+        quality: oneOf(QUALITIES, given.quality ?? "fast", "quality"),
+        depthCue: oneOf(DEPTH_CUES, given.depthCue ?? "none", "depthCue"),
         samples: given.samples,
         finestLevel: given.finestLevel,
         maxError: given.maxError,
@@ -337,7 +337,7 @@ export async function loadValidator({ base = new URL(".", import.meta.url) } = {
             const copy = memory.allocate(Math.max(1, bytes.length));
             try {
                 memory.bytes(copy, bytes.length).set(bytes);
-                memory.write(VALIDATION, scratch, { level: one_of(LEVELS, level, "level"), threads: 1, maxFindings });
+                memory.write(VALIDATION, scratch, { level: oneOf(LEVELS, level, "level"), threads: 1, maxFindings });
                 findings = [];
                 if (module._pbm_web_validate(copy, BigInt(bytes.length), scratch, calls.error) !== CODES.OK)
                     throw calls.lastError();

@@ -448,12 +448,9 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
     if (const Status affordable = check_picture_memory(view); !affordable)
         return command_line::fail(kProgram, arguments.output, affordable.error());
 
-    if (!arguments.page.empty()) {
-        if (const auto viewer = command_line::find_web_viewer(); !viewer)
+    if (!arguments.page.empty())
+        if (const auto viewer = command_line::find_web_viewer(arguments.page); !viewer)
             return fail("--page", viewer.error());
-        if (const Status free = command_line::check_page_folder(arguments.page); !free)
-            return fail("--page", free.error());
-    }
     const auto prepared = prepare(arguments);
     if (!prepared)
         return command_line::fail(kProgram, arguments.input, prepared.error());

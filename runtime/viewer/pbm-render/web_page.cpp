@@ -3,6 +3,7 @@
 #include "command_line/command_line.h"
 #include "command_line/web_viewer.h"
 #include "pbm_render/camera/camera.h"
+#include "system/files/file_names.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"
 #include "viewer/pictures/jpeg_encoder.h"
@@ -53,33 +54,10 @@ Status put_file(const fs::path &from, const fs::path &to) {
     return file ? write_file(to, file->bytes()) : Status(of_file(from, file.error()));
 }
 
-std::string escaped(std::string_view text) {
-    std::string out;
-    for (const char c : text)
-        out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '"' ? "&quot;" : std::string(1, c);
-    return out;
-}
-
-// A relative reference of RFC 3986 to a file in the page's folder.
-std::string reference_to(const std::string &name) {
-    constexpr std::string_view kHex = "0123456789ABCDEF";
-    std::string out = "./";
-    for (const char c : name) {
-        const auto byte = static_cast<unsigned char>(c);
-        if ((c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-            std::string_view("-._~").find(c) != std::string_view::npos)
-            out += c;
-        else
-            (out += '%') += {kHex[byte >> 4], kHex[byte & 15]};
-    }
-    return out;
-}
-
 std::string title_of(const WebPage &page) {
-    // Without characters that turn the text around or act on the terminal of those who read the page's source.
     const nlohmann::json metadata = nlohmann::json::parse(page.metadata, nullptr, false);
     if (metadata.is_object() && metadata.contains("name") && metadata["name"].is_string())
-        return command_line::printable(metadata["name"].get<std::string>());
+        return metadata["name"];
     return fs::path(page.name).stem().string();
 }
 
@@ -156,11 +134,9 @@ Status copy_viewer(const fs::path &from, const fs::path &to, WebPageSizes &sizes
 } // namespace
 
 Result<WebPageSizes> write_web_page(const WebPage &page) {
-    const Result<std::string> viewer = command_line::find_web_viewer();
+    const Result<std::string> viewer = command_line::find_web_viewer(page.folder);
     if (!viewer)
         return viewer.error();
-    if (Status free = command_line::check_page_folder(page.folder); !free)
-        return free.error();
     const Result<std::string> form = read_text(fs::path(*viewer) / command_line::kPageForm);
     if (!form)
         return form.error();
@@ -181,8 +157,8 @@ Result<WebPageSizes> write_web_page(const WebPage &page) {
     sizes.poster = poster->size();
     if (Status written = write_file(folder / kViewer / kPoster, *poster); !written)
         return written.error();
-    const std::string text = filled(*form, {{"@TITLE@", escaped(title_of(page))},
-                                            {"@MODEL@", reference_to(page.name)},
+    const std::string text = filled(*form, {{"@TITLE@", command_line::markup(title_of(page))},
+                                            {"@MODEL@", "./" + uri_of(page.name)},
                                             {"@POSTER@", std::string("./") + kViewer + "/" + kPoster},
                                             {"@BACKGROUND@", background_of(page.view)},
                                             {"@VIEW@", view_attributes(page)}});

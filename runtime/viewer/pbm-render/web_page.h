@@ -33,7 +33,7 @@ struct WebPageSizes {
 // Writes index.html, the model, and the folder pbm-viewer with the poster and the viewer's files; replaces those of
 // before one by one, the page last.
 //
-// errors  those of find_web_viewer and check_page_folder; io: a file cannot be written; the message names the file
+// errors  those of find_web_viewer; io: a file cannot be written; the message names the file
 Result<WebPageSizes> write_web_page(const WebPage &page);
 
 } // namespace pbm
