@@ -6,6 +6,7 @@ if(PBM_WEB_THREADS)
     add_compile_options(-pthread)
 endif()
 add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-include${PROJECT_SOURCE_DIR}/bindings/web/standard_library.h>)
+add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fconstexpr-steps=100000000>) # packed_rankings.h
 
 # Only these headers: those of the host's C library must not be found.
 set(web_headers ${CMAKE_BINARY_DIR}/headers)
@@ -36,6 +37,8 @@ if(NOT EXISTS ${web_headers}/hwy)
     pbm_use_instruction(${path} "  const __i32x4 mask_i = " "  return wasm_i32x4_bitmask(mask.raw);\n  const __i32x4 mask_i = ")
     pbm_use_instruction(${path} "const Mask128<T> mask) {\n  alignas(16) uint64_t lanes[2];"
         "const Mask128<T> mask) {\n  return wasm_i8x16_bitmask(mask.raw);\n  alignas(16) uint64_t lanes[2];")
+    pbm_use_instruction(${path} "CountTrue(hwy::SizeTag<4> /*tag*/, const Mask128<T> m) {"
+        "CountTrue(hwy::SizeTag<4> tag, const Mask128<T> m) {\n  return PopCount(BitsFromMask(tag, m));")
     file(RENAME ${web_headers}/part/hwy ${web_headers}/hwy)
 endif()
 foreach(package glm nlohmann_json)

@@ -28,7 +28,7 @@ all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
 peers=("${all[@]}" f3d libcgal-dev)
 packaging=("${all[@]}" mmdebstrap lintian dpkg-dev file nasm buildah)
 site=(mkdocs mkdocs-material python3-pil chromium)
-web=("${runtime[@]}" emscripten chromium xz-utils)
+web=("${runtime[@]}" emscripten esbuild chromium xz-utils)
 for program in node:nodejs npm:npm; do # another node than Debian's may be there, which brings npm
     command -v "${program%:*}" >/dev/null || web+=("${program#*:}")
 done

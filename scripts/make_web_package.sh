@@ -14,9 +14,15 @@ package=$output/package
     exit 1
 }
 mkdir -p "$package"
+find "$package" -maxdepth 1 -type f ! -name 'pbm_*' ! -name '*.wasm' -delete # what an earlier version put there
 [ "$build/package" -ef "$package" ] || cp "$build"/package/pbm* "$package"
-cp "$web"/module/*.js "$web"/module/*.d.ts "$web"/viewer/*.js "$web"/viewer/*.d.ts "$web"/validator/* \
+cp "$web"/module/*.d.ts "$web"/module/node_workers.js "$web"/viewer/*.d.ts "$web"/validator/*.{html,css} \
     "$web/package.json" "$web/README.md" LICENSE "$package"
+# One file each for page, worker and library: a module that imports modules costs a slow line one round trip more for
+# each level of them.
+esbuild --log-level=warning --bundle --minify --format=esm --target=es2022 --legal-comments=none \
+    --external:node:* --external:./node_workers.js --outdir="$package" --entry-names=[name] \
+    "$web"/viewer/{pbm-viewer,view_worker}.js "$web"/module/pbm.js "$web"/validator/{validator,validator_worker}.js
 
 # The page that the validator's findings link to.
 python3 - docs/reference/validator-codes.md "$package/validator-codes.html" <<'PYTHON'
@@ -35,10 +41,10 @@ PYTHON
 cp "$web/page/page.html" "$package"
 (
     cd "$package"
-    for file in "$OLDPWD/$web"/{module,viewer}/*.js pbm_wasm.js pbm.wasm pbm_threads*; do
-        file=${file##*/} use=
+    for file in pbm-viewer.js view_worker.js pbm_wasm.js pbm.wasm pbm_threads*; do
+        use=
         [[ $file != pbm_threads* ]] || use=" isolated"
-        [ "$file" = node_workers.js ] || echo "$file $(gzip -9c "$file" | wc -c)$use"
+        echo "$file $(gzip -9c "$file" | wc -c)$use"
     done
 ) >"$package/page_files.txt"
 

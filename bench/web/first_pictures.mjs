@@ -3,6 +3,7 @@
 // PACKAGE: build/web/package. FOLDER_OF_GLB: what make_glb.mjs wrote of the same scan; <model-viewer> shows them.
 // Medians of RUNS, each in a new browser; contestants by turns. Times count from the navigation, milliseconds.
 //
+//   load    the element's event of that name, in a visit of its own: to look at pictures slows the browser down
 //   first   more than 2 % of the pixels have another colour than the lower left corner
 //   99 %    of the pixels stay within 8 of 255 of the final picture from then on
 //   final   the last change
@@ -55,7 +56,8 @@ function likeness(a, b) {
     return like / (a.length / 3);
 }
 
-async function run({ name, model: file, page: content }) {
+// Calls work(page, server) with an empty page and a server of the contestant's files.
+async function visit({ page: content }, work) {
     const scratch = mkdtempSync(join(tmpdir(), "pbm-bench-"));
     writeFileSync(join(scratch, "index.html"), `<!doctype html><html lang="en"><meta charset="utf-8">${content}`);
     const folders = [scratch, packageFolder, dirname(resolve(model)), peers,
@@ -68,43 +70,7 @@ async function run({ name, model: file, page: content }) {
     try {
         const page = await browser.newPage({ viewport: SIZE });
         await page.goto("about:blank");
-        const session = await page.context().newCDPSession(page);
-        const frames = [];
-        let looking = true;
-        const look = async () => { // as often as the browser can: a picture costs some 50 ms
-            while (looking) {
-                const time = performance.now();
-                const { data } = await session.send("Page.captureScreenshot", { format: "png", optimizeForSpeed: true })
-                    .catch(() => ({})); // between two pages there is nothing to see
-                if (data && data !== frames.at(-1)?.data) frames.push({ time, data });
-            }
-        };
-        const start = performance.now();
-        await page.goto(`${server.url}/index.html`, { waitUntil: "commit" });
-        const watching = look();
-        const isModel = (path) => path === `/${file}`;
-        while (performance.now() - start < LONGEST) {
-            await sleep(200);
-            const last = Math.max(frames.at(-1)?.time ?? start, ...server.log.flatMap(({ bytes }) => bytes.at(-1)?.[0] ?? start));
-            const loaded = await page.evaluate(() => document.querySelector("pbm-viewer, model-viewer")?.loaded);
-            if (loaded && performance.now() - last > QUIET) break;
-        }
-        looking = false;
-        await watching;
-        const pixels = await Promise.all(frames.map(pixelsOf));
-        const final = pixels.at(-1);
-        const shows = pixels.findIndex((frame) => shown(frame) > 0.02);
-        if (shows < 0) throw new Error(`${name} shows nothing`);
-        const near = frames.findLastIndex((_, i) => likeness(pixels[i], final) < 0.99) + 1;
-        const same = frames.findLastIndex((_, i) => !pixels[i].equals(final)) + 1;
-        const at = (i) => ({ ms: frames[i].time - start, model: server.sent(isModel, frames[i].time),
-            code: server.sent((path) => !isModel(path), frames[i].time) });
-        if (process.env.PICTURES) writeFileSync(join(process.env.PICTURES, `${name.replace(/\W+/g, "-")}.png`), Buffer.from(frames.at(-1).data, "base64"));
-        const code = server.log.filter(({ path }) => path.endsWith(".wasm") || path.endsWith(".js"));
-        return { first: at(shows), near: at(near), final: at(same), requests: server.log.filter(({ path }) => isModel(path)).length,
-            ready: Math.max(...code.map(({ end }) => end)) - start,
-            kilobyte64: server.log.filter(({ path }) => isModel(path)).flatMap(({ bytes }) => bytes)
-                .reduce(([sum, time], [when, size]) => sum >= 65536 ? [sum, time] : [sum + size, when], [0, 0])[1] - start };
+        return await work(page, server);
     } finally {
         await browser.close();
         server.close();
@@ -112,15 +78,70 @@ async function run({ name, model: file, page: content }) {
     }
 }
 
+// The event `load`, milliseconds after the navigation and after the code and 64 KB of the model are there.
+async function awaitLoad({ model: file }, page, server) {
+    await page.addInitScript(() => addEventListener("DOMContentLoaded", () =>
+        document.querySelector("pbm-viewer, model-viewer").addEventListener("load", () => {
+            window.loadedAt ??= performance.timeOrigin + performance.now();
+        })));
+    const start = performance.now();
+    await page.goto(`${server.url}/index.html`, { waitUntil: "commit" });
+    await page.waitForFunction(() => window.loadedAt, null, { polling: 20, timeout: LONGEST });
+    const load = await page.evaluate(() => window.loadedAt) - performance.timeOrigin;
+    const code = server.log.filter(({ path }) => path.endsWith(".wasm") || path.endsWith(".js"));
+    let bytes = 0;
+    const kilobyte64 = server.log.filter(({ path }) => path === `/${file}`).flatMap((entry) => entry.bytes)
+        .find(([, size]) => (bytes += size) >= 65536)?.[0] ?? 0;
+    return { ms: load - start, later: load - Math.max(kilobyte64, ...code.map(({ end }) => end)) };
+}
+
+async function watch({ name, model: file }, page, server) {
+    const session = await page.context().newCDPSession(page);
+    const frames = [];
+    let looking = true;
+    const look = async () => { // as often as the browser can: a picture costs some 50 ms
+        while (looking) {
+            const time = performance.now();
+            const { data } = await session.send("Page.captureScreenshot", { format: "png", optimizeForSpeed: true })
+                .catch(() => ({})); // between two pages there is nothing to see
+            if (data && data !== frames.at(-1)?.data) frames.push({ time, data });
+        }
+    };
+    const start = performance.now();
+    await page.goto(`${server.url}/index.html`, { waitUntil: "commit" });
+    const watching = look();
+    const isModel = (path) => path === `/${file}`;
+    while (performance.now() - start < LONGEST) {
+        await sleep(200);
+        const last = Math.max(frames.at(-1)?.time ?? start, ...server.log.flatMap(({ bytes }) => bytes.at(-1)?.[0] ?? start));
+        const loaded = await page.evaluate(() => document.querySelector("pbm-viewer, model-viewer")?.loaded);
+        if (loaded && performance.now() - last > QUIET) break;
+    }
+    looking = false;
+    await watching;
+    const pixels = await Promise.all(frames.map(pixelsOf));
+    const final = pixels.at(-1);
+    const shows = pixels.findIndex((frame) => shown(frame) > 0.02);
+    if (shows < 0) throw new Error(`${name} shows nothing`);
+    const near = frames.findLastIndex((_, i) => likeness(pixels[i], final) < 0.99) + 1;
+    const same = frames.findLastIndex((_, i) => !pixels[i].equals(final)) + 1;
+    const at = (i) => ({ ms: frames[i].time - start, model: server.sent(isModel, frames[i].time),
+        code: server.sent((path) => !isModel(path), frames[i].time) });
+    if (process.env.PICTURES) writeFileSync(join(process.env.PICTURES, `${name.replace(/\W+/g, "-")}.png`), Buffer.from(frames.at(-1).data, "base64"));
+    return { first: at(shows), near: at(near), final: at(same), requests: server.log.filter(({ path }) => isModel(path)).length };
+}
+
 const median = (values) => values.sort((a, b) => a - b)[Math.floor(values.length / 2)];
 const results = contestants.map(() => []);
-for (let i = 0; i < RUNS; ++i) for (const [c, contestant] of contestants.entries()) results[c].push(await run(contestant));
-console.log("| | first, ms | bytes of the model | 99 %, ms | bytes | final, ms | bytes | requests | code, KB |");
-console.log("|---|---|---|---|---|---|---|---|---|");
+for (let i = 0; i < RUNS; ++i)
+    for (const [c, contestant] of contestants.entries())
+        results[c].push({ load: await visit(contestant, (...to) => awaitLoad(contestant, ...to)),
+            ...await visit(contestant, (...to) => watch(contestant, ...to)) });
+console.log("| | load, ms | first, ms | bytes of the model | 99 %, ms | bytes | final, ms | bytes | requests | code, KB |");
+console.log("|---|---|---|---|---|---|---|---|---|---|");
 for (const [c, { name }] of contestants.entries()) {
     const of = (pick) => Math.round(median(results[c].map(pick)));
-    console.log(`| ${name} | ${of((r) => r.first.ms)} | ${of((r) => r.first.model)} | ${of((r) => r.near.ms)} | ${of((r) => r.near.model)} | `
+    console.log(`| ${name} | ${of((r) => r.load.ms)} | ${of((r) => r.first.ms)} | ${of((r) => r.first.model)} | ${of((r) => r.near.ms)} | ${of((r) => r.near.model)} | `
         + `${of((r) => r.final.ms)} | ${of((r) => r.final.model)} | ${of((r) => r.requests)} | ${of((r) => r.final.code) / 1000} |`);
 }
-const own = results[0];
-console.log(`pbm-viewer: first picture ${Math.round(median(own.map((r) => r.first.ms - Math.max(r.ready, r.kilobyte64))))} ms after its code and 64 KB of the model`);
+console.log(`pbm-viewer: load ${Math.round(median(results[0].map((r) => r.load.later)))} ms after its code and 64 KB of the model`);

@@ -4,13 +4,11 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
+import { FIRST_BYTES, openBlob, openUrl } from "../viewer/byte_sources.js";
 import { ByteStore } from "../viewer/byte_store.js";
 import { joined, plan, without } from "../viewer/ranges.js";
 import { package_ } from "./browser.mjs";
 import { startServer } from "./server.mjs";
-
-// Sources need errors.js of the module, which lies beside them in the package.
-const { FIRST_BYTES, openBlob, openUrl } = await import(join(package_, "byte_sources.js"));
 
 const bytes = (from, to) => Uint8Array.from({ length: to - from }, (_, i) => (from + i) % 251);
 

@@ -1,5 +1,5 @@
 // The worker of the validator's page: reads one file and examines it.
-import { loadValidator } from "./pbm.js";
+import { loadValidator } from "../module/pbm.js";
 
 self.onmessage = async ({ data: { file, ...options } }) => {
     try {

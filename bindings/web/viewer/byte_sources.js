@@ -15,7 +15,7 @@
 //   failed(error)               a SourceError; no further bytes will come
 //   waiting(error, times)       the network failed this many times in a row, and the source tries again; 0 times: the
 //                               server does not answer, and the source waits; null: it is back
-import { CODES } from "./errors.js";
+import { CODES } from "../module/errors.js";
 import { plan } from "./ranges.js";
 
 // The first request: header, small sections and the coarse levels of most models.

@@ -1,6 +1,6 @@
 // <pbm-viewer src="scan.pbvg" controls></pbm-viewer>: shows a binary voxel grid (.pbvg) on a page.
 // pbm-viewer.d.ts describes attributes, events and methods.
-import { CODES } from "./errors.js";
+import { CODES } from "../module/errors.js";
 import { showCredits } from "./credit.js";
 import { listen } from "./gestures.js";
 import { Hotspots } from "./hotspots.js";
@@ -12,7 +12,7 @@ import { styles, template } from "./template.js";
 const DEFAULT_MEMORY = 256; // MB
 const LARGEST_MEMORY = 2048; // MB: that of the module
 const LARGEST_EDGE = 32768; // pixels of a picture
-const NEAR_SCREEN = "200px"; // lazy models are loaded when they are this near to the visible part of the page
+const NEAR_SCREEN = 200; // pixels: lazy models are loaded when they are this near to the visible part of the page
 const ROTATION_DELAY = 3000; // ms without input
 const ROTATION_SPEED = Math.PI / 32 / 1000; // radians per ms
 const LONGEST_TICK = 50; // ms that a view glides or turns on at once
@@ -75,7 +75,7 @@ class PbmViewer extends HTMLElement {
             sizes.observe(this);
         }
         const nearness = new IntersectionObserver((entries) => this.#appear(entries.at(-1).isIntersecting), {
-            rootMargin: NEAR_SCREEN,
+            rootMargin: `${NEAR_SCREEN}px`,
         });
         nearness.observe(this);
         const children = new MutationObserver(() => this.#findHotspots());
@@ -202,6 +202,7 @@ class PbmViewer extends HTMLElement {
         this.#close();
         this.#dismissed = false;
         this.#showPoster();
+        this.#near ||= isNearNow(this);
         if (this.#near || this.getAttribute("loading") === "eager") this.#start();
     }
 
@@ -548,6 +549,20 @@ function canDrawInWorkers() {
         "transferControlToOffscreen" in HTMLCanvasElement.prototype &&
         typeof OffscreenCanvas === "function" &&
         new OffscreenCanvas(1, 1).getContext("2d") !== null
+    );
+}
+
+// Whether the element is certainly near the visible part of the page. The observer knows it of every element, but only
+// once the browser has drawn: a tenth of a second or more after the page has been read.
+function isNearNow(element) {
+    if (window !== window.top) return false;
+    const { left, right, top, bottom, width, height } = element.getBoundingClientRect();
+    return (
+        width * height > 0 &&
+        right > -NEAR_SCREEN &&
+        bottom > -NEAR_SCREEN &&
+        left < innerWidth + NEAR_SCREEN &&
+        top < innerHeight + NEAR_SCREEN
     );
 }
 

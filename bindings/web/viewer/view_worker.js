@@ -14,7 +14,7 @@
 //
 // It draws only what changed. A moving view is drawn at the scale that keeps the frame rate; a view at rest exactly,
 // and again as bytes arrive; then the fine picture with ever more samples, between which messages are heard.
-import { CODES, loadPbm } from "./pbm.js";
+import { CODES, loadPbm } from "../module/pbm.js";
 import { ByteStore } from "./byte_store.js";
 import { SourceError, openBlob, openUrl } from "./byte_sources.js";
 import { joined } from "./ranges.js";
@@ -78,7 +78,7 @@ class ViewWorker {
         };
         this.#source = blob ? openBlob(blob, this.#store, listener) : openUrl(url, this.#store, listener);
         try {
-            this.#pbm = await loadPbm({ threads: "auto", base: new URL("./", import.meta.url) });
+            this.#pbm = await library;
         } catch (error) {
             this.#end(new SourceError("module", `The code of the viewer cannot be loaded (${error.message}).`));
             return;
@@ -404,6 +404,9 @@ function plain({ code = CODES.LIMIT, message, offset = null, name, rule = "" }) 
     return { code, message: text, offset, name, rule };
 }
 
+// Its code is fetched beside the first bytes of the model.
+const library = loadPbm({ threads: "auto", base: new URL("./", import.meta.url) });
+library.catch(() => {}); // start() reports it
 const worker = new ViewWorker();
 const post = (message, transfer = []) => self.postMessage(message, transfer);
 self.onmessage = ({ data: { type, ...message } }) => worker[type](message);

@@ -1,6 +1,7 @@
 #include "pbm_format/streams/mask_ranks.h"
 
 #include "pbm_format/model/normal.h"
+#include "pbm_format/streams/packed_rankings.h"
 
 #include <algorithm>
 #include <array>
@@ -21,13 +22,24 @@ constexpr unsigned kNearbyBits = 10;
 constexpr std::size_t kNearby = 1 << kNearbyBits; // pairs of place and parent's mask
 
 // format_spec/mask_ranks.txt
-constexpr std::uint8_t kTable[] = {
+constexpr std::uint8_t kBytes[] = {
 #include "mask_ranks.inc"
 };
-static_assert(sizeof(kTable) == kMaskContexts + kMaskRankings * kMasks);
+static_assert(sizeof(kBytes) == sizeof(MaskRankTable));
 
-constexpr const std::uint8_t *kRankingOf = kTable;
-constexpr const std::uint8_t *kMaskOf = kTable + kMaskContexts; // [ranking][code]
+#ifdef __EMSCRIPTEN__ // downloaded
+const MaskRankTable &rank_table() {
+    static constexpr PackedRankings kPacked{std::to_array(kBytes)};
+    static const MaskRankTable table = kPacked.unpacked();
+    return table;
+}
+#else
+constexpr MaskRankTable kTable = std::to_array(kBytes);
+constexpr const MaskRankTable &rank_table() { return kTable; }
+#endif
+
+const std::uint8_t *ranking_of_contexts() { return rank_table().data(); }
+const std::uint8_t *masks_of_rankings() { return rank_table().data() + kMaskContexts; } // [ranking][code]
 
 using AxisOrder = std::array<std::size_t, 3>;
 // In ascending order; if several sort a normal, the first is taken.
@@ -161,7 +173,7 @@ const CodeTable &code_table() {
         auto codes = std::make_unique<CodeTable>();
         for (std::size_t ranking = 0; ranking < kMaskRankings; ++ranking)
             for (std::size_t code = 0; code < kMasks; ++code)
-                (*codes)[ranking][kMaskOf[ranking * kMasks + code]] = static_cast<std::uint8_t>(code);
+                (*codes)[ranking][masks_of_rankings()[ranking * kMasks + code]] = static_cast<std::uint8_t>(code);
         return codes;
     }();
     return *instance;
@@ -171,18 +183,20 @@ const CodeTable &code_table() {
 
 void rank_masks(ByteView masks, const MaskContext &context, std::span<std::uint8_t> codes) {
     assert(masks.size() == codes.size() && context.node_normals.size() == codes.size());
-    const auto visit = [code_of = code_table().data(), image = symmetries().image.data(), from = masks.data(),
+    const auto visit = [code_of = code_table().data(), ranking_of = ranking_of_contexts(),
+                        image = symmetries().image.data(), from = masks.data(),
                         to = codes.data()](std::size_t i, Lookup at) {
-        to[i] = code_of[kRankingOf[at.context]][image[at.images | from[i]]];
+        to[i] = code_of[ranking_of[at.context]][image[at.images | from[i]]];
     };
     for_each_node(context, visit);
 }
 
 void unrank_masks(std::span<const std::uint8_t> codes, const MaskContext &context, std::span<std::uint8_t> masks) {
     assert(masks.size() == codes.size() && context.node_normals.size() == codes.size());
-    const auto visit = [original = symmetries().original.data(), from = codes.data(), to = masks.data()](std::size_t i,
-                                                                                                         Lookup at) {
-        to[i] = original[at.images | kMaskOf[kRankingOf[at.context] * kMasks + from[i]]];
+    const auto visit = [ranking_of = ranking_of_contexts(), mask_of = masks_of_rankings(),
+                        original = symmetries().original.data(), from = codes.data(),
+                        to = masks.data()](std::size_t i, Lookup at) {
+        to[i] = original[at.images | mask_of[ranking_of[at.context] * kMasks + from[i]]];
     };
     for_each_node(context, visit);
 }
@@ -199,6 +213,6 @@ std::uint8_t mask_image(std::uint8_t mask, std::uint8_t symmetry) {
     return symmetries().image[symmetry * kMasks + mask];
 }
 
-ByteView mask_rank_table() { return kTable; }
+ByteView mask_rank_table() { return rank_table(); }
 
 } // namespace pbm

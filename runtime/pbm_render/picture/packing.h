@@ -26,6 +26,16 @@ inline constexpr std::array<std::array<std::int32_t, 8>, 256> kPackedLanes = [] 
     return lanes;
 }();
 
+// [4 bits]: their bytes, for vectors of four lanes.
+alignas(16) inline constexpr std::array<std::array<std::uint8_t, 16>, 16> kPackedBytes = [] {
+    std::array<std::array<std::uint8_t, 16>, 16> bytes{};
+    for (std::size_t bits = 0; bits < bytes.size(); ++bits)
+        for (std::size_t i = 0; i < 16; ++i)
+            bytes[bits][i] =
+                static_cast<std::uint8_t>(4 * kPackedLanes[bits][i / 4] + static_cast<std::int32_t>(i % 4));
+    return bytes;
+}();
+
 inline constexpr std::array<std::int32_t, 16> kLaneNumbers{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 } // namespace pbm
@@ -63,19 +73,35 @@ class Packing {
 class Packing {
   public:
     explicit HWY_INLINE Packing(Mask keep) : from_(indices(keep)) {}
-    HWY_INLINE Vector operator()(Vector v) const { return hwy::HWY_NAMESPACE::TableLookupLanes(v, from_); }
+    HWY_INLINE Vector operator()(Vector v) const { return look_up(v, from_); }
     HWY_INLINE IntVector operator()(IntVector v) const {
         namespace hn = hwy::HWY_NAMESPACE;
-        return hn::BitCast(Ints(), hn::TableLookupLanes(hn::BitCast(Floats(), v), from_));
+        return hn::BitCast(Ints(), look_up(hn::BitCast(Floats(), v), from_));
     }
 
   private:
-    using Indices = decltype(hwy::HWY_NAMESPACE::IndicesFromVec(Floats(), hwy::HWY_NAMESPACE::Zero(Ints())));
-    static HWY_INLINE Indices indices(Mask keep) {
+#if HWY_MAX_BYTES == 16
+    using Bytes = hwy::HWY_NAMESPACE::Repartition<std::uint8_t, Floats>;
+    using Indices = hwy::HWY_NAMESPACE::Vec<Bytes>;
+    static HWY_INLINE Indices indices_of(std::size_t bits) {
+        return hwy::HWY_NAMESPACE::Load(Bytes(), kPackedBytes[bits].data());
+    }
+    static HWY_INLINE Vector look_up(Vector v, Indices from) {
         namespace hn = hwy::HWY_NAMESPACE;
+        return hn::BitCast(Floats(), hn::TableLookupBytes(v, from));
+    }
+#else
+    using Indices = decltype(hwy::HWY_NAMESPACE::IndicesFromVec(Floats(), hwy::HWY_NAMESPACE::Zero(Ints())));
+    static HWY_INLINE Indices indices_of(std::size_t bits) {
+        namespace hn = hwy::HWY_NAMESPACE;
+        return hn::IndicesFromVec(Floats(), hn::LoadU(Ints(), kPackedLanes[bits].data()));
+    }
+    static HWY_INLINE Vector look_up(Vector v, Indices from) { return hwy::HWY_NAMESPACE::TableLookupLanes(v, from); }
+#endif
+    static HWY_INLINE Indices indices(Mask keep) {
         std::array<std::uint8_t, 8> bits{};
-        hn::StoreMaskBits(Floats(), keep, bits.data());
-        return hn::IndicesFromVec(Floats(), hn::LoadU(Ints(), kPackedLanes[bits[0]].data()));
+        hwy::HWY_NAMESPACE::StoreMaskBits(Floats(), keep, bits.data());
+        return indices_of(bits[0]);
     }
 
     Indices from_;
