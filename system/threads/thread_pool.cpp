@@ -23,7 +23,7 @@ ThreadPool::ThreadPool(int threads) {
     try {
         for (std::size_t thread = 1; thread < static_cast<std::size_t>(threads); ++thread)
             workers_.emplace_back([this, thread] { serve(thread); });
-    } catch (const std::exception &) { // no more threads, or no memory for them
+    } catch (...) { // no more threads, or no memory for them; emscripten 3.1.6 knows no std::system_error by its bases
     }
 }
 

@@ -327,7 +327,8 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
     const bool builds = arguments.plan.empty() && !arguments.action_key;
     if (const auto failed = builds ? limit_memory(kProgram, arguments) : std::nullopt)
         return *failed;
-    if (const auto failed = begin_page(kProgram, arguments))
+    PageFolder page;
+    if (const auto failed = page.begin(kProgram, arguments))
         return *failed;
     if (arguments.depfile && arguments.depfile_name.empty())
         arguments.depfile_name = arguments.output + ".d";

@@ -41,7 +41,13 @@ std::optional<int> check_view(std::string_view program, const Arguments &argumen
 
 } // namespace
 
-std::optional<int> begin_page(std::string_view program, const Arguments &arguments) {
+PageFolder::~PageFolder() {
+    std::error_code not_empty;
+    if (!made_.empty())
+        std::filesystem::remove(made_, not_empty);
+}
+
+std::optional<int> PageFolder::begin(std::string_view program, const Arguments &arguments) {
     if (arguments.page.empty())
         return std::nullopt;
     if (find_program(kRenderer).empty())
@@ -52,7 +58,8 @@ std::optional<int> begin_page(std::string_view program, const Arguments &argumen
     if (const auto refused = check_view(program, arguments))
         return refused;
     std::error_code error;
-    std::filesystem::create_directories(arguments.page, error);
+    if (std::filesystem::create_directories(arguments.page, error))
+        made_ = arguments.page;
     if (!error)
         return std::nullopt;
     return command_line::fail(program, arguments.page,

@@ -180,7 +180,7 @@ export interface Pbm {
  *
  * @param options.threads 'auto': as many as processors, at most 16, where the page is cross-origin isolated, and in node;
  *     0 or 1: none; n: as many. Where there is no shared memory: none. Default: 'auto'.
- *     With several threads a Pbm draws one model; another model needs a Pbm of its own.
+ *     The first model of a Pbm that is drawn has them; a further one beside it is drawn by one thread.
  * @param options.base folder of these files. Default: that of pbm.js.
  * @throws PbmError IO if a file is not there
  */

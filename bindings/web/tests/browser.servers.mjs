@@ -255,6 +255,21 @@ describe("damage", () => {
             await page.close();
         });
     }
+    test("the notice of damage is there again when the network is", async () => {
+        const page = await show(`?cut=${lastByte - 20000}&rate=100000`, { wait: false });
+        const awaitNotice = (text) =>
+            page.waitForFunction(
+                (wanted) => viewer.shadowRoot.getElementById("message").textContent.includes(wanted),
+                text,
+                { timeout: 20000 },
+            );
+        await awaitNotice("cut short");
+        await page.context().setOffline(true);
+        await awaitNotice("tries again");
+        await page.context().setOffline(false);
+        await awaitNotice("cut short");
+        await page.close();
+    });
     test("of a slow download that ends too early the beginning is shown", async () => {
         const page = await show(`?mode=plain&cut=${lastByte - 20000}&rate=100000`, { wait: false });
         await page.waitForFunction(() => heard.some(({ event }) => event === "error"), null, { timeout: 20000 });

@@ -92,13 +92,16 @@ test("cameras that cut and that are orthographic", () => {
     model.close();
 });
 
-test("several models in one memory, drawn in turn", () => {
-    const [pbm] = LIBRARIES,
-        models = golden.slice(0, 4).map((path) => pbm.openBytes(bytesOf(path)));
+for (const pbm of LIBRARIES) {
+    test(`several models in one memory, drawn in turn, ${pbm.threads} thread(s)`, () => drawInTurn(pbm));
+}
+
+function drawInTurn(pbm) {
+    const models = golden.slice(0, 4).map((path) => pbm.openBytes(bytesOf(path)));
     const draw = (model) => model.render({ camera: model.defaultCamera(64, 48), width: 64, height: 48 }).pixels.slice();
     const first = models.map(draw),
         second = models.map(draw);
     assert.deepEqual(first, second);
     assert.notDeepEqual(first[0], first[1]);
     models.forEach((model) => model.close());
-});
+}

@@ -51,7 +51,8 @@ class PbmViewer extends HTMLElement {
     #progress = 0;
     #loaded = false;
     #dismissed = false;
-    #passing = null; // text of the notice that goes when the view has no error any more
+    // What the element says: that of the network goes when it is back, that of the view when a view has no error.
+    #notices = { network: "", model: "", view: "" };
     #hotspots;
 
     constructor() {
@@ -82,8 +83,8 @@ class PbmViewer extends HTMLElement {
         children.observe(this, { childList: true });
         const places = new MutationObserver(() => this.#findHotspots());
         places.observe(this, { subtree: true, attributeFilter: ["slot", "data-position", "data-normal"] });
-        const { fullscreen, dismiss, message } = this.#parts;
-        dismiss.addEventListener("click", () => message.replaceChildren(), { signal });
+        const { fullscreen, dismiss } = this.#parts;
+        dismiss.addEventListener("click", () => this.#notify({ network: "", model: "", view: "" }), { signal });
         fullscreen.hidden = !document.fullscreenEnabled;
         fullscreen.addEventListener(
             "click",
@@ -251,7 +252,7 @@ class PbmViewer extends HTMLElement {
         this.#worker = this.#canvas = this.#context = this.#info = this.#stage = this.#motion = null;
         this.#loaded = false;
         this.#bytes = this.#progress = 0;
-        this.#parts.message.textContent = "";
+        this.#notify({ network: "", model: "", view: "" });
         this.#parts.credit.replaceChildren();
         this.#hotspots.hide();
         this.#parts.bar.classList.add("gone");
@@ -266,7 +267,7 @@ class PbmViewer extends HTMLElement {
         } else if (type === "frame") this.#showFrame(message);
         else if (type === "progress") this.#report(message);
         else if (type === "failed") this.#fail(message.error, message.fatal, message.passing);
-        else if (type === "recovered") this.#recover();
+        else if (type === "recovered") this.#notify({ view: "" });
         else if (type === "waiting") this.#wait(message);
         else {
             this.#answers.get(message.id)?.(message.value);
@@ -326,27 +327,27 @@ class PbmViewer extends HTMLElement {
 
     #fail(error, fatal, passing = false) {
         const place = error.offset === null ? "" : ` (byte ${error.offset})`;
-        this.#parts.message.textContent = fatal
-            ? error.message
-            : `Not all of this model can be shown: ${error.message}${place}`;
-        if (passing) this.#passing = this.#parts.message.textContent;
+        const text = fatal ? error.message : `Not all of this model can be shown: ${error.message}${place}`;
+        this.#notify({ [passing ? "view" : "model"]: text });
         if (fatal) this.#parts.bar.classList.add("gone");
         this.#emit("error", error);
     }
 
-    #recover() {
-        const { message } = this.#parts;
-        if (message.textContent === this.#passing) message.textContent = "";
+    #notify(changed) {
+        Object.assign(this.#notices, changed);
+        const { network, model, view } = this.#notices;
+        this.#parts.message.textContent = network || model || view;
     }
 
     #wait({ error, times }) {
-        this.#parts.message.textContent = error ? error.message : "";
+        this.#notify({ network: error ? error.message : "" });
         if (times === FAILURES_TOLD) this.#emit("error", error);
     }
 
     #appear(near) {
+        const comes = near && !this.#near;
         this.#near = near;
-        if (near && !this.#worker) this.#start();
+        if (comes && !this.#worker) this.#start();
         else this.#pause();
     }
 

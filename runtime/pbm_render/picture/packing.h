@@ -88,7 +88,7 @@ class Packing {
     }
     static HWY_INLINE Vector look_up(Vector v, Indices from) {
         namespace hn = hwy::HWY_NAMESPACE;
-        return hn::BitCast(Floats(), hn::TableLookupBytes(v, from));
+        return hn::BitCast(Floats(), hn::TableLookupBytes(hn::BitCast(Bytes(), v), from));
     }
 #else
     using Indices = decltype(hwy::HWY_NAMESPACE::IndicesFromVec(Floats(), hwy::HWY_NAMESPACE::Zero(Ints())));
