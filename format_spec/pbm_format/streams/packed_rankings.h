@@ -24,7 +24,7 @@ class PackedRankings {
             rankings_[transposed(at)] = table[at];
         std::array<std::uint32_t, 256> sums{};
         for (std::size_t at = 0; at < places_.size(); ++at)
-            sums[table[kMaskContexts + at]] += at % 256;
+            sums[table[kMaskContexts + at]] += static_cast<std::uint32_t>(at % 256);
         for (std::size_t mask = 0; mask < 256; ++mask) {
             std::size_t place = 0;
             for (std::size_t other = 0; other < 256; ++other)

@@ -2,6 +2,7 @@
 #include "pbm_format/hashes/hash.h"
 #include "pbm_format/model/normal.h"
 #include "pbm_format/streams/mask_ranks.h"
+#include "pbm_format/streams/packed_rankings.h"
 
 #include "unit/support/test_models.h"
 
@@ -168,6 +169,15 @@ TEST(MaskRanks, TheTableOfTheSpecificationIsTheOneInTheLibrary) {
         std::sort(row.begin(), row.end());
         EXPECT_EQ(row, every_mask) << ranking;
     }
+}
+
+TEST(MaskRanks, AreTheSameWhenPackedAndUnpacked) {
+    MaskRankTable table{};
+    std::copy_n(mask_rank_table().begin(), table.size(), table.begin());
+    EXPECT_EQ(PackedRankings(table).unpacked(), table);
+    std::swap(table[0], table[1]); // the rankings of two contexts
+    std::reverse(table.end() - 256, table.end());
+    EXPECT_EQ(PackedRankings(table).unpacked(), table);
 }
 
 TEST(MaskRanks, TheExampleOfTheSpecification) {
