@@ -63,12 +63,6 @@ constexpr std::uint64_t kChildDistance = 476102500705;
 
 } // namespace
 
-Rgb8 expand_565(std::uint16_t colour) {
-    const unsigned r = colour >> 11, g = colour >> 5 & 63U, b = colour & 31U;
-    return {static_cast<std::uint8_t>(r << 3 | r >> 2), static_cast<std::uint8_t>(g << 2 | g >> 4),
-            static_cast<std::uint8_t>(b << 3 | b >> 2)};
-}
-
 std::uint16_t pack_565(Rgb8 colour) {
     const unsigned r = (colour[0] * 31U + 127U) / 255U, g = (colour[1] * 63U + 127U) / 255U,
                    b = (colour[2] * 31U + 127U) / 255U;

@@ -14,7 +14,11 @@ enum class ColourFormat : std::uint8_t { none = 0, rgb565 = 1, rgb888 = 2 };
 
 using Rgb8 = std::array<std::uint8_t, 3>; // sRGB
 
-Rgb8 expand_565(std::uint16_t colour);
+constexpr Rgb8 expand_565(std::uint16_t colour) {
+    const unsigned r = colour >> 11, g = colour >> 5 & 63U, b = colour & 31U;
+    return {static_cast<std::uint8_t>(r << 3 | r >> 2), static_cast<std::uint8_t>(g << 2 | g >> 4),
+            static_cast<std::uint8_t>(b << 3 | b >> 2)};
+}
 std::uint16_t pack_565(Rgb8 colour); // nearest
 // Colour of point `i` of a colour stream, expanded to 8 bits by repeating the high bits; black for format none.
 inline Rgb8 point_colour(const std::uint8_t *colours, std::size_t i, ColourFormat format) {

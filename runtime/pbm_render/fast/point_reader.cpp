@@ -97,10 +97,12 @@ void PointReader::read_colours(const Batch &batch, const ShadedFrame &frame, std
             return pack_rgb(frame.appearance.materials[material(from, static_cast<std::uint32_t>(point))].colour);
         });
         break;
-    case ColourSource::rgb565:
+    case ColourSource::rgb565: // read first, so that what comes then is vectorized
         fill([&](const Streams &from, std::size_t point) {
-            return pack_rgb(point_colour(from.colours, point, ColourFormat::rgb565));
+            return std::uint32_t{from.colours[2 * point]} | std::uint32_t{from.colours[2 * point + 1]} << 8;
         });
+        for (std::size_t i = 0; i < batch.count; ++i)
+            to[i] = pack_rgb(expand_565(static_cast<std::uint16_t>(to[i])));
         break;
     case ColourSource::rgb888:
         fill([&](const Streams &from, std::size_t point) {

@@ -76,12 +76,18 @@ HWY_INLINE Vector power_of(Vector base, float exponent) {
     constexpr int kMaxFactors = 64;
     const Floats d;
     const int whole = exponent <= kMaxFactors ? static_cast<int>(exponent) : 0;
-    if (static_cast<float>(whole) != exponent)
+    if (whole == 0 || static_cast<float>(whole) != exponent)
         return power_of(base, hn::Set(d, exponent));
-    Vector result = hn::Set(d, 1.0F), square = base;
-    for (int bits = whole; bits != 0; bits >>= 1, square = hn::Mul(square, square))
+    Vector square = base;
+    int bits = whole;
+    for (; (bits & 1) == 0; bits >>= 1)
+        square = hn::Mul(square, square);
+    Vector result = square;
+    while ((bits >>= 1) != 0) {
+        square = hn::Mul(square, square);
         if ((bits & 1) != 0)
             result = hn::Mul(result, square);
+    }
     return result;
 }
 
