@@ -295,6 +295,15 @@ describe("sources", () => {
         const { failures } = await follow("/nothing", (source, store, { failures }) => failures.length > 0);
         assert.match(failures[0].message, /404 Not Found/);
     });
+    test("a file that is missing once the server is back ends the wait for it", async () => {
+        server.down = true;
+        const { failures, waits } = await follow("/nothing", (source, store, { failures, waits }) => {
+            if (waits.length > 0) server.down = false;
+            return failures.length > 0;
+        });
+        assert.match(failures[0].message, /404 Not Found/);
+        assert.equal(waits.at(-1), null);
+    });
     test("an empty file has no bytes", async (t) => {
         t.mock.method(console, "warn", () => {});
         const { source } = await follow("/empty", (source) => source.size !== null);

@@ -1,10 +1,8 @@
-// The table of the rank filter (BVG.md 5.9) in a form that gzip makes a sixth smaller, for programs that are
-// downloaded.
+// The table of the rank filter (BVG.md 5.9) in a form that gzip makes a sixth smaller, for downloaded programs.
 //
-//   ranking of each context -> transposed: contexts that differ in the normal class alone are alike and lie side by
-//   side masks of a ranking      -> places among the masks that have no code yet, in an order common to all rankings:
-//   that of
-//                              their mean codes, so that most places are small
+//   rankings of contexts  transposed: contexts that differ in the normal class alone lie side by side, and are alike
+//   masks of a ranking    places among the masks that have no code yet, which are in an order common to all rankings:
+//                         that of their mean codes, so that most places are small
 #pragma once
 
 #include "pbm_format/streams/mask_ranks.h"
