@@ -13,9 +13,8 @@ inline constexpr const char *kPageForm = "page.html", *kPageFiles = "page_files.
 // The folder of the viewer's files for a page in `folder`: $PBM_WEB, share/pbm/web of the installation, or that of the
 // build tree.
 //
-// errors  io  the viewer is not installed, or `folder` holds a page that these programs did not write; the message
-// names
-//             the file and what to do
+// errors  io  the viewer is not installed, or `folder` holds a page that these programs did not write: the message
+//             names the file and what to do
 Result<std::string> find_web_viewer(const std::string &folder);
 
 } // namespace pbm::command_line

@@ -281,7 +281,7 @@ class UrlSource {
     #fail(error) {
         if (this.#closed.signal.aborted) return;
         this.close();
-        this.#recover(); // it waits no more
+        this.#recover(); // no notice of the network hides the error
         this.#listener.failed(
             error instanceof SourceError
                 ? error

@@ -13,6 +13,7 @@ const DEFAULT_MEMORY = 256; // MB
 const LARGEST_MEMORY = 2048; // MB: that of the module
 const LARGEST_EDGE = 32768; // pixels of a picture
 const NEAR_SCREEN = 200; // pixels: lazy models are loaded when they are this near to the visible part of the page
+const NO_NOTICES = { network: "", model: "", view: "" };
 const ROTATION_DELAY = 3000; // ms without input
 const ROTATION_SPEED = Math.PI / 32 / 1000; // radians per ms
 const LONGEST_TICK = 50; // ms that a view glides or turns on at once
@@ -51,8 +52,9 @@ class PbmViewer extends HTMLElement {
     #progress = 0;
     #loaded = false;
     #dismissed = false;
-    // What the element says: that of the network goes when it is back, that of the view when a view has no error.
-    #notices = { network: "", model: "", view: "" };
+    // What the element says: the notice of the network goes when the network is back, that of the view when a view has
+    // no error.
+    #notices = { ...NO_NOTICES };
     #hotspots;
 
     constructor() {
@@ -84,7 +86,7 @@ class PbmViewer extends HTMLElement {
         const places = new MutationObserver(() => this.#findHotspots());
         places.observe(this, { subtree: true, attributeFilter: ["slot", "data-position", "data-normal"] });
         const { fullscreen, dismiss } = this.#parts;
-        dismiss.addEventListener("click", () => this.#notify({ network: "", model: "", view: "" }), { signal });
+        dismiss.addEventListener("click", () => this.#notify(NO_NOTICES), { signal });
         fullscreen.hidden = !document.fullscreenEnabled;
         fullscreen.addEventListener(
             "click",
@@ -252,7 +254,7 @@ class PbmViewer extends HTMLElement {
         this.#worker = this.#canvas = this.#context = this.#info = this.#stage = this.#motion = null;
         this.#loaded = false;
         this.#bytes = this.#progress = 0;
-        this.#notify({ network: "", model: "", view: "" });
+        this.#notify(NO_NOTICES);
         this.#parts.credit.replaceChildren();
         this.#hotspots.hide();
         this.#parts.bar.classList.add("gone");

@@ -404,7 +404,7 @@ function plain({ code = CODES.LIMIT, message, offset = null, name, rule = "" }) 
     return { code, message: text, offset, name, rule };
 }
 
-// Its code is fetched beside the first bytes of the model.
+// The code of the library is fetched beside the first bytes of the model.
 const library = loadPbm({ threads: "auto", base: new URL("./", import.meta.url) });
 library.catch(() => {}); // start() reports it
 const worker = new ViewWorker();

@@ -25,9 +25,8 @@ constexpr std::size_t kNearby = 1 << kNearbyBits; // pairs of place and parent's
 constexpr std::uint8_t kBytes[] = {
 #include "mask_ranks.inc"
 };
-static_assert(sizeof(kBytes) == sizeof(MaskRankTable));
 
-#ifdef __EMSCRIPTEN__ // downloaded
+#ifdef __EMSCRIPTEN__ // pages download WebAssembly
 const MaskRankTable &rank_table() {
     static constexpr PackedRankings kPacked{std::to_array(kBytes)};
     static const MaskRankTable table = kPacked.unpacked();

@@ -97,7 +97,7 @@ void PointReader::read_colours(const Batch &batch, const ShadedFrame &frame, std
             return pack_rgb(frame.appearance.materials[material(from, static_cast<std::uint32_t>(point))].colour);
         });
         break;
-    case ColourSource::rgb565: // read first, so that what comes then is vectorized
+    case ColourSource::rgb565: // two loops: the compiler vectorizes the second
         fill([&](const Streams &from, std::size_t point) {
             return std::uint32_t{from.colours[2 * point]} | std::uint32_t{from.colours[2 * point + 1]} << 8;
         });
