@@ -103,9 +103,9 @@ class Renderers {
     Camera nearer(ModelDrawer &drawer, Camera camera, double distance) {
         if (distance == 1)
             return camera;
-        if (const Status loaded = drawer.load(camera, {picture_.width, picture_.height}); !loaded)
+        if (const Status loaded = drawer.load(camera, {picture_.width, picture_.height}, Motion::moving); !loaded)
             throw std::runtime_error(loaded.error().message);
-        drawer.draw_frame(camera, picture_);
+        drawer.draw(camera, picture_, Motion::moving);
         const auto width = static_cast<std::size_t>(picture_.width), height = static_cast<std::size_t>(picture_.height);
         float surface = picture_.depth[height / 2 * width + width / 2];
         if (std::isinf(surface))
@@ -150,10 +150,10 @@ void draw_all(Renderers &renderers, const Task &task, const std::vector<Camera> 
             timed([&] { peer.render(camera, picture); });
         } else {
             ModelDrawer &drawer = renderers.model(task);
-            if (const Status loaded = drawer.load(camera, {picture.width, picture.height}); !loaded)
+            if (const Status loaded = drawer.load(camera, {picture.width, picture.height}, Motion::moving); !loaded)
                 throw std::runtime_error(task.file + ": " + loaded.error().message);
             Framebuffer &target = drawer.needs_depths() ? picture : renderers.colours();
-            timed([&] { cost.drawn_points += drawer.draw_frame(camera, target).drawn_points; });
+            timed([&] { cost.drawn_points += drawer.draw(camera, target, Motion::moving).drawn_points; });
             cost.covered_pixels +=
                 target.pixels() -
                 static_cast<std::size_t>(std::ranges::count(target.colour, pack_rgba(RenderOptions{}.background)));

@@ -83,6 +83,8 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
         request.view.finest = options.finest_level;
     if (options.max_error > 0)
         request.view.max_error = options.max_error;
+    else if (request.fine)
+        request.view.max_error = kFineMaxError;
     const auto leaves = [&](std::uint32_t flag) { return (options.flags & flag) != 0; };
     RenderOptions &render = request.render;
     if (leaves(PBM_BACKGROUND))

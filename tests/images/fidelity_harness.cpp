@@ -35,7 +35,7 @@ using namespace pbm;
 
 struct Options {
     std::string mesh, model;
-    double max_error = kDefaultMaxError;
+    std::optional<double> max_error; // absent: the default of the quality
     int finest = kMaxDepth;
     int reference = 0; // level; 0: the fast renderer
     glm::ivec2 resolution{1280, 720};
@@ -292,9 +292,12 @@ int run(const Options &options) {
         reference.emplace(*whole);
         renderers.push_back({"reference", draw_level(*reference, parameters.grid, options.reference)});
     } else {
-        for (const std::string &quality : options.qualities)
-            renderers.push_back({quality, draw_detail(model, fast, options.max_error, options.finest, look,
-                                                      quality == "fine" ? &fine : nullptr, change)});
+        for (const std::string &quality : options.qualities) {
+            const bool is_fine = quality == "fine";
+            const double max_error = options.max_error.value_or(is_fine ? kFineMaxError : kFastMaxError);
+            renderers.push_back({quality, draw_detail(model, fast, max_error, options.finest, look,
+                                                      is_fine ? &fine : nullptr, change)});
+        }
     }
 
     const std::vector<NamedView> views = choose_views(rays, bounds, parameters.grid, options);
@@ -329,7 +332,8 @@ int parse_and_run(int argc, char **argv) {
     };
     line.add("MESH", "A scan with faces", &options.mesh, {.required = true});
     line.add("MODEL", "Made of it", &options.model, {.required = true});
-    add("--max-error", options.max_error, "Largest voxels, pixels", command_line::Numbers{0.1, 64});
+    add("--max-error", options.max_error, "Largest voxels, pixels; default 2, of fine pictures 1.42",
+        command_line::Numbers{0.1, 64});
     add("--finest", options.finest, "Draw no finer level", Integers{1, kMaxDepth});
     add("--reference", options.reference, "The reference renderer, this level");
     line.add("--resolution", "Of the pictures", command_line::stored(parse_resolution, options.resolution),

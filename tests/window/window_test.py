@@ -294,7 +294,7 @@ def test_refining(display):
         with View(display, "copy.pbvg", **more) as view:
             view.wait(lambda: view.lines("first picture: "), "first picture")
             error, _, decoded, missing = view.pictures()[-1]
-            check(error > 1.42 and missing > 0, f"the first picture is not coarse: {view.text()}")
+            check(error > 2 and missing > 0, f"the first picture is not coarse: {view.text()}")
             check(not view.lines("exact picture: "), "the picture is exact before all is there")
             before = len(view.lines("view: "))
             view.xdotool("key", "Left")
@@ -304,7 +304,7 @@ def test_refining(display):
                 held.unlink()
                 view.settle(before)
                 check_same(view, "copy.pbvg", "a refined picture")
-                check(view.pictures()[-1][0] == 1.42 and view.pictures()[-1][2] > decoded, view.text())
+                check(view.pictures()[-1][0] == 2 and view.pictures()[-1][2] > decoded, view.text())
                 check(len(view.lines("exact picture: ")) == 1, "the exact picture is not told once")
             elif action == "save":
                 # Saves the exact picture of the view at the time of the key, also if the view changes meanwhile.

@@ -31,7 +31,8 @@ inline constexpr float kBlockRoom = 0.8F;
 inline constexpr float kThinRoom = 1.12F;
 // Grid edges. Floats hold the places of bricks relative to eyes up to this far from the cube, else to its middle.
 inline constexpr float kFarEye = 100;
-// Pixels. Voxels up to this width are drawn as blocks of 2 x 2 pixels or as ellipses.
+// Pixels. Voxels up to this width are drawn as blocks of 2 x 2 pixels, larger ones as blocks of 3 x 3 pixels; either are
+// drawn as ellipses where splats are too large for such blocks.
 inline constexpr float kSmallVoxel = 1.42F;
 
 } // namespace pbm
@@ -168,7 +169,7 @@ HWY_INLINE unsigned see_bricks(const RunGeometry &geometry, const FrameGeometry 
         hn::Sqrt(hn::Add(one, hn::Mul(hn::Mul(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), inverse_focal), inverse_focal)));
     const Vector pixels = hn::Mul(radius, set(frame.focal));
     const Mask is_small = hn::Le(set(voxel * frame.focal), hn::Mul(set(kSmallVoxel), centre.z));
-    const IntVector edge = hn::IfThenElse(hn::RebindMask(di, is_small), hn::Set(di, 2), hn::Set(di, run.max_block));
+    const IntVector edge = hn::IfThenElse(hn::RebindMask(di, is_small), hn::Set(di, 2), hn::Set(di, 3));
     const Vector largest = hn::Mul(hn::Mul(set(kBlockRadius), floats(edge)), nearest);
     const Mask is_block = hn::Le(hn::Mul(pixels, hn::Max(one, hn::Mul(set(kBlockRoom), stretch))), largest);
     const Mask thin = hn::Le(hn::Mul(hn::Mul(pixels, set(kThinRoom)), stretch), largest);

@@ -18,7 +18,6 @@ struct PointRun {
     // The points first..last - 1 of the chunk, which are whole nodes of level `level` - 1.
     std::uint32_t first = 0, last = 0;
     const ChunkOffsets *offsets = nullptr; // of its points; null: splats lie at the mean surface
-    std::uint8_t max_block = 2;            // 2 or 3: largest edge of blocks of pixels that stand for splats
 };
 
 // Value of point `i` in a shadow stream of `bits` bits, 0 .. 2^bits - 1; the largest is fully lit.

@@ -193,8 +193,7 @@ void Selector::draw(const ResidentChunk &chunk, ChunkPlace place, std::uint32_t 
                         .level = place.level,
                         .first = first,
                         .last = last,
-                        .offsets = &chunk.offsets,
-                        .max_block = static_cast<std::uint8_t>(max_error_ > kDefaultMaxError ? 3 : 2)});
+                        .offsets = &chunk.offsets});
 }
 
 } // namespace

@@ -8,13 +8,15 @@
 
 namespace pbm {
 
-inline constexpr double kDefaultMaxError = 1.42; // pixels
+// Defaults of DetailView::max_error, pixels. Smaller voxels make fine pictures truer, but not fast ones: of the points in
+// a pixel these show one (docs/explanation/fidelity.md).
+inline constexpr double kFastMaxError = 2, kFineMaxError = 1.42;
 
 struct DetailView {
-    Camera camera;                       // usable
-    int width = 0, height = 0;           // pixels
-    double max_error = kDefaultMaxError; // pixels, > 0: largest edge on the screen of a drawn voxel that has children
-    int finest = kMaxDepth;              // the finest level that may be drawn, 1 or more
+    Camera camera;                    // usable
+    int width = 0, height = 0;        // pixels
+    double max_error = kFastMaxError; // pixels, > 0: largest edge on the screen of a drawn voxel that has children
+    int finest = kMaxDepth;           // the finest level that may be drawn, 1 or more
     bool operator==(const DetailView &) const = default;
 };
 

@@ -63,8 +63,9 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
              {.check = Integers{1, kMaxSamples}, .shows_default = true});
     line.add("--level", "Finest detail level to draw; default, and above the depth: the finest there is",
              &options.load.max_level, {.check = Integers{0, kMaxDepth}});
-    line.add("--max-error", "Largest edge of the voxels drawn, pixels; finer detail is left out", &options.max_error,
-             {.check = Numbers{0.1, 64}, .shows_default = true});
+    line.add("--max-error",
+             "Largest edge of the voxels drawn, pixels; finer detail is left out; default 2, of fine pictures 1.42",
+             &options.max_error, {.check = Numbers{0.1, 64}});
     line.add("--colour-by,--color-by",
              "Draw points in the colours of a field (pbm-build --field); MAP: viridis, grey, classes",
              [&look = options.look, store = stored(parse_colour_by, options.look.colour_by)](const std::string &text) {
@@ -214,6 +215,10 @@ void forget_camera(ViewOptions &options) {
     options.look.colour_by = std::nullopt;
 }
 
+double max_error_of(const ViewOptions &options, Quality quality, Motion motion) {
+    return options.max_error.value_or(draws_fine(quality, motion) ? kFineMaxError : kFastMaxError);
+}
+
 DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::ivec2 size, double max_error) {
     return {.camera = camera,
             .width = size.x,
@@ -270,8 +275,8 @@ std::string look_as_options(const LookOptions &look) {
 std::string detail_as_options(const ViewOptions &options) {
     const ViewOptions standard;
     std::string text;
-    if (options.max_error != standard.max_error)
-        text += " --max-error=" + number_text(options.max_error);
+    if (options.max_error)
+        text += " --max-error=" + number_text(*options.max_error);
     if (options.load.max_level != standard.load.max_level)
         text += " --level=" + std::to_string(options.load.max_level);
     return text;

@@ -30,8 +30,8 @@ struct ViewOptions {
     ClipRegion clip;          // model space
     std::optional<UpAxis> up; // absent: the grid's
     Renderer renderer = Renderer::fast;
-    double max_error = kDefaultMaxError; // pixels
-    Splats splats = Splats::ellipses;    // of the reference renderer
+    std::optional<double> max_error;  // pixels; absent: the default of the quality
+    Splats splats = Splats::ellipses; // of the reference renderer
     LookOptions look;
     LoadOptions load;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;
@@ -61,6 +61,9 @@ Result<Camera> choose_turntable(const ViewOptions &options, const Extent &extent
 
 // Removes what is for one model only: camera, clip region, up axis and field.
 void forget_camera(ViewOptions &options);
+
+// The largest edge of a voxel in pictures of this quality and motion, pixels.
+double max_error_of(const ViewOptions &options, Quality quality, Motion motion);
 
 // The detail view for a picture of `size` in which no voxel is larger than `max_error` pixels.
 DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::ivec2 size, double max_error);

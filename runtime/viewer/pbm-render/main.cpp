@@ -50,8 +50,9 @@ struct Arguments {
     const VideoOptions &video() const { return choice.video; }
     bool wants_still() const { return !output.empty() || !depth_output.empty() || !page.empty(); }
     bool wants_picture() const { return wants_still() || bench > 0; }
+    Motion motion() const { return wants_still() ? Motion::still : Motion::moving; } // of the picture
     LookOptions frame_look() const { return look_of(Motion::moving, view.look); }
-    LookOptions picture_look() const { return wants_still() ? look_of(Motion::still, view.look) : frame_look(); }
+    LookOptions picture_look() const { return look_of(motion(), view.look); }
     std::vector<command_line::OutputFile> outputs() const {
         std::vector<command_line::OutputFile> files = video_outputs(video());
         files.insert(files.end(), {{"--output", output}, {"--depth-output", depth_output}, {"--json", json}});
@@ -103,7 +104,7 @@ void preset_thumbnail(int edge, ViewOptions &view) {
     view.resolution = {edge, edge};
     view.look.quality = edge <= kMaxFineThumbnail ? Quality::fine : Quality::fast;
     view.look.samples = std::clamp(2 * kMaxFineThumbnail / edge, 1, kDefaultSamples);
-    view.max_error = kDefaultMaxError * std::clamp(edge / kSharpThumbnail, 1.0, 2.0);
+    view.max_error = kFineMaxError * std::clamp(edge / kSharpThumbnail, 1.0, 2.0);
     view.look.render.background = {0, 0, 0, 0};
     view.look.render.panorama = view.look.render.ground = false;
     view.load.max_memory = kThumbnailMemory;
@@ -307,10 +308,10 @@ Result<BenchStatistics> bench(ModelDrawer &drawer, const Camera &first, int fram
     BenchStatistics statistics;
     for (int i = 0; i < frames; ++i) {
         const Camera camera = orbit(first, first.up, glm::two_pi<double>() * i / frames, 0);
-        if (Status loaded = drawer.load(camera, {picture.width, picture.height}); !loaded)
+        if (Status loaded = drawer.load(camera, {picture.width, picture.height}, Motion::moving); !loaded)
             return std::move(loaded).error();
         const Stopwatch frame;
-        statistics.drawn_points += drawer.draw_frame(camera, picture).drawn_points;
+        statistics.drawn_points += drawer.draw(camera, picture, Motion::moving).drawn_points;
         times.push_back(frame.milliseconds());
     }
     std::sort(times.begin(), times.end());
@@ -336,8 +337,7 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
                  .run = [&](std::size_t band, std::size_t thread) { bands->encode(band, thread); }};
     }
     const Stopwatch drawing;
-    statistics.drawn =
-        arguments.wants_still() ? drawer.draw(camera, picture, tasks) : drawer.draw_frame(camera, picture);
+    statistics.drawn = drawer.draw(camera, picture, arguments.motion(), tasks);
     statistics.frame_ms = drawing.milliseconds();
     statistics.cost = drawer.cost();
     if (const Status whole = drawer.damage(); !whole)
@@ -403,9 +403,9 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, V
         if (view.verbosity == command_line::Verbosity::verbose && stream != nullptr)
             *stream << "frame " << frame + 1 << ": " << view_as_options(from, view, view.resolution)
                     << look_as_options(arguments.frame_look()) << '\n';
-        Status drawn = drawer.load(from, view.resolution);
+        Status drawn = drawer.load(from, view.resolution, Motion::moving);
         if (drawn) {
-            drawer.draw_frame(from, recorder.canvas());
+            drawer.draw(from, recorder.canvas(), Motion::moving);
             drawn = drawer.damage();
         }
         if (!drawn) {
@@ -470,7 +470,7 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
     if (!camera)
         return camera.error().code == ErrorCode::usage ? fail_usage(camera.error().message)
                                                        : command_line::fail(kProgram, arguments.input, camera.error());
-    const Status loaded = drawer.load(*camera, view.resolution);
+    const Status loaded = drawer.load(*camera, view.resolution, arguments.motion());
     const bool is_coarser = !loaded && arguments.thumbnail > 0 && loaded.error().code == ErrorCode::memory;
     if (!loaded && !is_coarser)
         return fail(arguments.input, loaded.error());

@@ -28,13 +28,13 @@ ModelDrawer::ModelDrawer(std::string path, const ViewOptions &options, std::uniq
         painter_.emplace(*scene_, options_.load.threads, std::move(pool));
 }
 
-DetailView ModelDrawer::view(const Camera &camera, glm::ivec2 size) const {
-    return detail_view(options_, camera, size, options_.max_error);
+DetailView ModelDrawer::view(const Camera &camera, glm::ivec2 size, Motion motion) const {
+    return detail_view(options_, camera, size, max_error_of(options_, look_.options.quality, motion));
 }
 
-Status ModelDrawer::load(const Camera &camera, glm::ivec2 size) {
+Status ModelDrawer::load(const Camera &camera, glm::ivec2 size, Motion motion) {
     if (painter_) {
-        const auto loaded = scene_->model.load(view(camera, size));
+        const auto loaded = scene_->model.load(view(camera, size, motion));
         return loaded ? Status() : Status(loaded.error());
     }
     if (whole_)
@@ -46,7 +46,7 @@ Status ModelDrawer::load(const Camera &camera, glm::ivec2 size) {
     return {};
 }
 
-RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, const RowTasks &tasks) {
+RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, Motion motion, const RowTasks &tasks) {
     if (!painter_) {
         ReferenceRenderer renderer = whole_->renderer;
         Appearance appearance = appearance_for(look_, camera);
@@ -65,15 +65,9 @@ RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, co
             tasks.run(task, 0);
         return drawn;
     }
-    const Detail detail = scene_->model.choose(view(camera, {target.width, target.height}));
-    return painter_->draw(detail.runs, camera, look_, target, tasks);
-}
-
-RenderStatistics ModelDrawer::draw_frame(const Camera &camera, Framebuffer &target) {
-    if (!painter_)
-        return draw(camera, target);
-    const Detail detail = scene_->model.choose(view(camera, {target.width, target.height}));
-    return painter_->draw_frame(detail.runs, camera, look_, target);
+    const Detail detail = scene_->model.choose(view(camera, {target.width, target.height}, motion));
+    return motion == Motion::still ? painter_->draw(detail.runs, camera, look_, target, tasks)
+                                   : painter_->draw_frame(detail.runs, camera, look_, target);
 }
 
 void ModelDrawer::count_depths_from(const Camera &camera, Framebuffer &picture) const {

@@ -28,10 +28,9 @@ class ModelDrawer {
     std::uint64_t file_size() const { return scene_->file.bytes().size(); }
 
     // Loads what a picture of `size` needs. The reference renderer loads the whole level.
-    Status load(const Camera &camera, glm::ivec2 size);
-    // Draws what was loaded for this view: a still picture, and one of many pictures of a moving view. See Painter.
-    RenderStatistics draw(const Camera &camera, Framebuffer &target, const RowTasks &tasks = {});
-    RenderStatistics draw_frame(const Camera &camera, Framebuffer &target);
+    Status load(const Camera &camera, glm::ivec2 size, Motion motion);
+    // Draws what was loaded for this view; a still picture runs `tasks` meanwhile. See Painter.
+    RenderStatistics draw(const Camera &camera, Framebuffer &target, Motion motion, const RowTasks &tasks = {});
     // Turns the depths of a picture, which count from the eye, into distances from the camera's position along the view
     // direction. They differ if the camera is orthographic; what lies behind such a camera is drawn, too.
     void count_depths_from(const Camera &camera, Framebuffer &picture) const;
@@ -45,7 +44,7 @@ class ModelDrawer {
   private:
     ModelDrawer(std::string path, const ViewOptions &options, std::unique_ptr<StreamedScene> scene, Extent extent,
                 std::shared_ptr<ThreadPool> pool);
-    DetailView view(const Camera &camera, glm::ivec2 size) const;
+    DetailView view(const Camera &camera, glm::ivec2 size, Motion motion) const;
 
     const std::string path_;
     const ViewOptions options_;

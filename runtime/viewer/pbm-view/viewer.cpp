@@ -126,7 +126,7 @@ void Viewer::set_camera(const Camera &camera) {
 void Viewer::change_view() {
     ++view_;
     end_refinement();
-    scheduler_->view_changed(Window::now());
+    scheduler_->view_changed(Window::now(), errors());
 }
 
 // The default camera for the window's size, or for its last size while it has no pixels.

@@ -187,6 +187,8 @@ class Viewer {
     void refine();
     void end_refinement();
     void show_picture(double max_error, const PictureStatistics &drawn);
+    DetailView still_view() const;
+    FrameScheduler::Errors errors() const; // of pictures with the present look
     Detail choose(const DetailView &view);
     void check_room();
 

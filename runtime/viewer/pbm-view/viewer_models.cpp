@@ -196,7 +196,7 @@ Status Viewer::show(ShownModelPointer loaded) {
                       *model_->first_look());
     ++view_;
     end_refinement();
-    scheduler_.emplace(options_.max_error, min_fps_);
+    scheduler_.emplace(errors(), min_fps_);
     has_reported_memory_ = is_searched_ = false;
     damage_.clear();
     start_page_.set_problem(std::nullopt);

@@ -35,6 +35,14 @@ void Viewer::draw_due_picture() {
         draw_in_background(view);
 }
 
+// The view at full detail.
+DetailView Viewer::still_view() const { return model_->view(camera_, view_size_, errors().still); }
+
+FrameScheduler::Errors Viewer::errors() const {
+    const auto of = [&](Motion motion) { return max_error_of(options_, look_->options.quality, motion); };
+    return {.still = of(Motion::still), .moving = of(Motion::moving)};
+}
+
 // Chooses what is loaded for a view. Requests what is missing, unless a picture to be saved needs other chunks.
 Detail Viewer::choose(const DetailView &view) {
     Detail detail = model_->streamed().choose(view);
@@ -97,7 +105,7 @@ void Viewer::refine() {
     }
     if (const auto when = refinement_due(); !when || Window::now() < *when)
         return;
-    const DetailView view = model_->view(camera_, view_size_, options_.max_error);
+    const DetailView view = still_view();
     Detail detail = model_->streamed().choose(view);
     if (detail.missing.empty())
         refinement_ = std::make_unique<Refinement>(background_, model_, std::move(detail), view, look_);
@@ -131,7 +139,7 @@ void Viewer::check_room() {
     if (!model_ || !scheduler_->shown() || scheduler_->complete() || scheduler_->due() || drawing_.valid() ||
         saver_.is_waiting() || view_ == full_view_ || model_->streamed().is_loading())
         return;
-    if (choose(model_->view(camera_, view_size_, options_.max_error)).missing.size() != drawn_.missing)
+    if (choose(still_view()).missing.size() != drawn_.missing)
         return scheduler_->arrived(true);
     full_view_ = view_;
     if (std::exchange(has_reported_memory_, true))
@@ -147,7 +155,7 @@ void Viewer::check_room() {
 // Saves the view at full detail, whatever is shown at the moment.
 void Viewer::save() {
     if (model_ && view_size_ != glm::ivec2(0))
-        saver_.add(model_, model_->view(camera_, view_size_, options_.max_error), look_);
+        saver_.add(model_, still_view(), look_);
 }
 
 // Called after everything else that chooses chunks, so that the chunks of the last view are not evicted.

@@ -6,13 +6,14 @@
 
 namespace pbm {
 
-FrameScheduler::FrameScheduler(double max_error, double min_fps)
-    : exact_(max_error),
+FrameScheduler::FrameScheduler(const Errors &errors, double min_fps)
+    : errors_(errors),
       moving_budget_(min_fps > 0 ? kDrawingShare / min_fps : std::numeric_limits<double>::infinity()) {
-    assert(max_error > 0 && min_fps >= 0);
+    assert(errors.still > 0 && errors.still <= errors.moving && min_fps >= 0);
 }
 
-void FrameScheduler::view_changed(double now) {
+void FrameScheduler::view_changed(double now, const Errors &errors) {
+    errors_ = errors;
     shown_.reset();
     if (!changed_ || now > *changed_ + kRest)
         quick_.reset();
@@ -47,7 +48,7 @@ std::optional<FrameScheduler::Step> FrameScheduler::next(double now, const Point
         return std::nullopt;
     if (!shown_)
         return Step{quick_error(points_at), true};
-    return Step{exact_, expected_seconds(points_at(exact_)) <= kFrameBudget};
+    return Step{errors_.still, expected_seconds(points_at(errors_.still)) <= kFrameBudget};
 }
 
 std::optional<double> FrameScheduler::due() const {
@@ -70,18 +71,18 @@ bool FrameScheduler::fits(double error, double part, const PointsAt &points_at) 
 }
 
 double FrameScheduler::quick_error(const PointsAt &points_at) const {
-    const double largest = std::max(exact_, kLargestError);
-    if (static_cast<double>(points_at(largest)) > (1 - kMinSaving) * static_cast<double>(points_at(exact_)))
-        return exact_;
+    const double least = errors_.moving, largest = std::max(least, kLargestError);
+    if (static_cast<double>(points_at(largest)) > (1 - kMinSaving) * static_cast<double>(points_at(errors_.still)))
+        return errors_.still;
     if (!quick_) { // the first picture of a motion
-        double error = exact_;
+        double error = least;
         while (error < largest && !fits(error, 1, points_at))
             error = std::min(error * kErrorStep, largest);
         return error;
     }
     if (!fits(*quick_, 1, points_at))
         return std::min(*quick_ * (fits(*quick_, 2, points_at) ? kErrorStep : kHurriedStep), largest);
-    const double finer = std::max(*quick_ / kErrorStep, exact_);
+    const double finer = std::max(*quick_ / kErrorStep, least);
     return fits(finer, 1 - kReserve, points_at) ? finer : *quick_;
 }
 

@@ -33,6 +33,11 @@ class FrameScheduler {
     // Pause after a picture while chunks arrive, in durations of the picture: decoding needs the same processors.
     static constexpr double kPause = 2;
 
+    // Largest edges of drawn voxels, pixels.
+    struct Errors {
+        double still;  // the exact error
+        double moving; // of pictures of a moving view at least
+    };
     struct Step {
         double max_error; // pixels
         bool at_once;     // expected to stay within the budget, or there is nothing to show yet
@@ -46,11 +51,11 @@ class FrameScheduler {
     // Number of points to draw at an error.
     using PointsAt = std::function<std::uint64_t(double max_error)>;
 
-    // Starts at rest. `max_error` is the exact error, pixels; `min_fps`: frames per second of a moving view, 0: any.
-    FrameScheduler(double max_error, double min_fps);
+    // Starts at rest. `min_fps`: frames per second of a moving view, 0: any.
+    FrameScheduler(const Errors &errors, double min_fps);
 
     // The picture shown is out of date; further changes may follow.
-    void view_changed(double now);
+    void view_changed(double now, const Errors &errors);
     // Chunks of the view have arrived; `all`: no more will come.
     void arrived(bool all);
     // The view looks different at full detail only: the picture shown stays until the new one is drawn.
@@ -72,13 +77,14 @@ class FrameScheduler {
   private:
     enum class News { none, some, all };
 
-    bool is_exact() const { return shown_->max_error <= exact_; }
+    bool is_exact() const { return shown_->max_error <= errors_.still; }
     double expected_seconds(std::uint64_t points) const { return seconds_per_point_ * static_cast<double>(points); }
     // Whether a moving picture at this error takes no more than this part of its time.
     bool fits(double error, double part, const PointsAt &points_at) const;
     double quick_error(const PointsAt &points_at) const;
 
-    double exact_, moving_budget_; // pixels, seconds
+    Errors errors_;
+    double moving_budget_; // seconds
     std::optional<Picture> shown_;
     News news_ = News::none;        // since the last picture
     std::optional<double> quick_;   // of the motion's last picture; absent before its first

@@ -31,7 +31,10 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const std::s
     // The window reports an unusable camera.
     if (const auto camera = choose_camera(options, shown->extent_, shown->grid(), options.resolution))
         shown->streamed().request(
-            shown->streamed().choose(shown->view(*camera, options.resolution, options.max_error)).missing);
+            shown->streamed()
+                .choose(shown->view(*camera, options.resolution,
+                                    max_error_of(options, options.look.quality, Motion::moving)))
+                .missing);
     return shown;
 }
 

@@ -26,7 +26,6 @@ void expect_bounds(const DrawnModel &model, const Camera &camera) {
     WholeLevel level(model.file, kBoundsDepth);
     if (!model.placed)
         level.forget_offsets();
-    level.allow_blocks(model.max_block);
     FastRenderer renderer(model.model.parameters, model.chunk_points, 1);
     Framebuffer whole(kBoundsWidth, kBoundsHeight), alone(kBoundsWidth, kBoundsHeight);
     const RenderStatistics all = renderer.render(level.runs, camera, {}, whole);
@@ -72,7 +71,6 @@ TEST(BrickBounds, HoldEveryPixelAndHideNoneThatIsSeen) {
         for (const double pixels : {0.4, 1.42, 1.6, 2.0, 3.0, 12.0})
             for (const glm::dvec3 &direction : {glm::dvec3(0.3, 0.5, 0.8), glm::dvec3(-1, 0.01, 0)}) {
                 SCOPED_TRACE(pixels);
-                model.max_block = pixels > 1.42 ? 3 : 2;
                 expect_bounds(model, camera_at_ball(kBoundsDepth, pixels, kBoundsHeight, direction));
             }
         Camera close; // just outside of the ball, at a wide angle

@@ -309,16 +309,6 @@ DetailView front_view(double distance = 6) {
     return view;
 }
 
-TEST(DetailSelection, AllowsLargerBlocksWhereTheErrorIsLargerThanTheDefault) {
-    ChosenModel model = sphere();
-    DetailView view = front_view();
-    for (const double max_error : {0.5, kDefaultMaxError, 1.5, 2.0}) {
-        view.max_error = max_error;
-        for (const PointRun &run : model.select(view).runs)
-            EXPECT_EQ(run.max_block, max_error > kDefaultMaxError ? 3 : 2);
-    }
-}
-
 TEST(DetailSelection, EndsAtTheLevelAskedForAndAtTheFinest) {
     ChosenModel model = sphere();
     DetailView view = front_view();

@@ -42,10 +42,21 @@ const DrawnModel &plain_ball() {
 // Difference of two pictures. `both`: pixels that both cover.
 struct Difference {
     std::size_t lost = 0, added = 0, both = 0; // pixels that only the first, only the second, both cover
+    std::size_t open = 0;                      // lost pixels that lie three pixels or more inside of the first
     double depth = 0, max_depth = 0;           // model units, mean and maximum
     double colour = 0;                         // mean difference of a channel
     std::size_t other_colours = 0;             // pixels where a channel differs by more than 3
 };
+
+// Whether a picture covers all pixels up to two pixels from pixel `at`.
+bool is_inside(const Framebuffer &picture, std::size_t at) {
+    const int x = static_cast<int>(at) % picture.width, y = static_cast<int>(at) / picture.width;
+    for (int row = std::max(y - 2, 0); row <= std::min(y + 2, picture.height - 1); ++row)
+        for (int column = std::max(x - 2, 0); column <= std::min(x + 2, picture.width - 1); ++column)
+            if (picture.depth[static_cast<std::size_t>(row * picture.width + column)] == kEmpty)
+                return false;
+    return true;
+}
 
 Difference compare(const Framebuffer &expected, const Framebuffer &drawn) {
     Difference d;
@@ -53,6 +64,7 @@ Difference compare(const Framebuffer &expected, const Framebuffer &drawn) {
         const bool before = expected.depth[i] != kEmpty, now = drawn.depth[i] != kEmpty;
         d.lost += before && !now;
         d.added += now && !before;
+        d.open += before && !now && is_inside(expected, i);
         if (!before || !now)
             continue;
         ++d.both;
@@ -76,7 +88,7 @@ Difference compare(const Framebuffer &expected, const Framebuffer &drawn) {
 }
 
 std::string text(const Difference &d) {
-    return "lost " + std::to_string(d.lost) + ", added " + std::to_string(d.added) + ", both " +
+    return "lost " + std::to_string(d.lost) + ", open " + std::to_string(d.open) + ", added " + std::to_string(d.added) + ", both " +
            std::to_string(d.both) + ", depth " + std::to_string(d.depth) + " <= " + std::to_string(d.max_depth) +
            ", colour " + std::to_string(d.colour) + ", other colours " + std::to_string(d.other_colours);
 }
@@ -121,7 +133,7 @@ Pixels pixels_of(const Framebuffer &target) {
 }
 
 TEST(FastRenderer, ShowsWhatTheReferenceShowsAsBlocks) {
-    for (const double pixels : {0.4, 0.7, 1.0, 1.2, 1.42})
+    for (const double pixels : {0.4, 0.7, 1.0, 1.18}) // a fifth wider in front of the ball's centre
         for (const glm::dvec3 &direction : directions()) {
             const Camera camera = camera_at_ball(7, pixels, kHeight, direction);
             expect_alike(difference(ball(), camera), 7, pixels, "blocks");
@@ -130,27 +142,22 @@ TEST(FastRenderer, ShowsWhatTheReferenceShowsAsBlocks) {
 }
 
 TEST(FastRenderer, ShowsWhatTheReferenceShowsAsLargerBlocks) {
-    DrawnModel placed = make_ball(true), plain = make_ball(false);
-    placed.max_block = plain.max_block = 3;
-    for (const double pixels : {1.4, 1.5, 1.6}) // a fifth wider in front of the ball's centre
+    for (const double pixels : {1.4, 1.5, 1.6})
         for (const glm::dvec3 &direction : directions())
-            for (const DrawnModel *model : {&placed, &plain}) {
+            for (const DrawnModel *model : {&ball(), &plain_ball()}) {
                 const Camera camera = camera_at_ball(7, pixels, kHeight, direction);
                 const Difference d = difference(*model, camera);
                 SCOPED_TRACE(std::to_string(pixels) + " pixels: " + text(d));
+                EXPECT_EQ(d.open, 0U);
                 EXPECT_LE(static_cast<double>(d.lost), 0.003 * static_cast<double>(d.both)); // at the outline
                 EXPECT_LE(static_cast<double>(d.added), std::sqrt(4 * 3.1416 * static_cast<double>(d.both)));
                 EXPECT_LE(d.depth, 0.3 * std::ldexp(2.0, -7));
                 EXPECT_LE(d.colour, 0.7);
-                // They are not the ellipses that runs get whose error is the default.
-                const DrawnModel &ellipses = model->placed ? ball() : plain_ball();
-                EXPECT_NE(pixels_of(model->fast(camera, kWidth, kHeight, {})),
-                          pixels_of(ellipses.fast(camera, kWidth, kHeight, {})));
             }
 }
 
 TEST(FastRenderer, ShowsWhatTheReferenceShowsAsEllipses) {
-    for (const double pixels : {1.7, 2.0, 4.0, 9.0, 40.0})
+    for (const double pixels : {2.6, 4.0, 9.0, 40.0})
         for (const glm::dvec3 &direction : directions()) {
             const Camera camera = camera_at_ball(7, pixels, kHeight, direction);
             expect_alike(difference(ball(), camera), 7, pixels, "ellipses");
@@ -207,7 +214,7 @@ std::vector<Look> looks() {
             {"beside it", {0, -1, 1}, {5, -1, -2}, 20},
             {"wide", {0, -1, -0.9}, {0, -1, -2}, 150},
             {"widest", {0, -1, -0.9}, {0, -1, -2}, 179},
-            {"narrow", {0, -1, 300}, {0, -1, -2}, 0.4},
+            {"narrow", {0, -1, 300}, {0, -1, -2}, 0.2},
             {"narrowest", {0, -1, 30000}, {0.1, -1, -2}, 0.001},
             {"far", {0, -1, 1e6}, {0, -1, -2}, 30}};
 }
@@ -236,7 +243,7 @@ TEST(FastRenderer, LooksFromAnywhere) {
 }
 
 TEST(FastRenderer, DrawsOrthographicViewsAsTheReferenceDoes) {
-    for (const double pixels : {2.0, 12.0, 60.0}) {
+    for (const double pixels : {2.6, 12.0, 60.0}) {
         Camera camera = camera_at_ball(7, pixels, kHeight);
         camera.orthographic = true;
         const Difference d = difference(ball(), camera);
@@ -293,7 +300,7 @@ TEST(FastRenderer, ShowsTheInsideOfWhatIsCutOpen) {
 TEST(FastRenderer, HasNoHolesAtTheBordersOfWidePictures) {
     for (const double angle : {60.0, 90.0, 120.0, 150.0})
         for (const double turned : {0.6, 0.9})
-            for (const double pixels : {0.8, 1.1, 1.42}) {
+            for (const double pixels : {0.8, 1.1, 1.42, 2.0}) {
                 Camera camera;
                 camera.view_angle = glm::radians(angle);
                 const double off = turned * camera.view_angle / 2; // angle of the ball below the view direction
@@ -304,7 +311,8 @@ TEST(FastRenderer, HasNoHolesAtTheBordersOfWidePictures) {
                 const Difference d = difference(ball(), camera, 900, 700);
                 const std::string what = std::to_string(angle) + " degrees, " + std::to_string(off) + ": " + text(d);
                 EXPECT_GT(d.both, 100U) << what;
-                EXPECT_LE(d.lost, 10U) << what; // at the silhouette
+                EXPECT_EQ(d.open, 0U) << what;
+                EXPECT_LE(d.lost, 40U) << what; // at the silhouette
             }
 }
 

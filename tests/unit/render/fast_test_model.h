@@ -65,10 +65,6 @@ class WholeLevel {
         for (PointRun &run : runs)
             run.offsets = nullptr;
     }
-    void allow_blocks(std::uint8_t edge) {
-        for (PointRun &run : runs)
-            run.max_block = edge;
-    }
     // Surface offsets of all points of the level.
     std::vector<std::int8_t> offsets() const {
         SurfaceOffsets workplace;
@@ -112,7 +108,6 @@ struct DrawnModel {
         WholeLevel drawn(file, std::min(level, model.parameters.grid.depth));
         if (!placed)
             drawn.forget_offsets();
-        drawn.allow_blocks(max_block);
         FastRenderer(model.parameters, chunk_points, 1).render(drawn.runs, camera, options, target);
         return target;
     }
@@ -121,7 +116,6 @@ struct DrawnModel {
     std::uint32_t chunk_points;
     Bytes file;
     bool placed = true; // both renderers apply surface offsets
-    std::uint8_t max_block = 2;
 };
 
 // Looks at the centre of smooth_ball along `direction`; there a voxel of `level` is `pixels` wide.

@@ -8,6 +8,7 @@ namespace pbm {
 namespace {
 
 constexpr double kExact = 0.5; // pixels
+constexpr FrameScheduler::Errors kErrors{.still = kExact, .moving = kExact};
 constexpr double kSecondsPerPoint = 25e-9;
 
 // points = 4e6 * (exact error / error)^2, as for a surface; the simulated computer draws 4e6 points in 100 ms.
@@ -21,21 +22,21 @@ FrameScheduler::Picture picture(double max_error, bool complete = true) {
 
 // A scheduler that has drawn the exact picture and has measured the time per point.
 FrameScheduler rested(double min_fps) {
-    FrameScheduler scheduler(kExact, min_fps);
+    FrameScheduler scheduler(kErrors, min_fps);
     scheduler.drawn(picture(kExact), 0);
     return scheduler;
 }
 
 // The error of the next picture of a moving view.
 double moving_error(FrameScheduler &scheduler, double now) {
-    scheduler.view_changed(now);
+    scheduler.view_changed(now, kErrors);
     const auto step = scheduler.next(now, points_at);
     EXPECT_TRUE(step && step->at_once);
     return step ? step->max_error : 0;
 }
 
 TEST(FrameScheduler, DrawsTheFirstPictureAtOnceAndRefinesItWithoutRest) {
-    FrameScheduler scheduler(kExact, 30);
+    FrameScheduler scheduler(kErrors, 30);
     EXPECT_LE(*scheduler.due(), 0);
     const auto first = scheduler.next(5, points_at);
     ASSERT_TRUE(first);
@@ -82,7 +83,7 @@ TEST(FrameScheduler, IsNeverCoarserWhereThatLeavesOutFewPoints) {
         double largest = 0;
         for (int i = 0; i < 40; ++i) { // each picture takes four times as long as it may
             const double now = 1 + 0.01 * i;
-            scheduler.view_changed(now);
+            scheduler.view_changed(now, kErrors);
             const double error = scheduler.next(now, points)->max_error;
             scheduler.drawn({.max_error = error, .points = points(error), .complete = true, .seconds = 0.1}, now);
             largest = std::max(largest, error);
@@ -92,6 +93,31 @@ TEST(FrameScheduler, IsNeverCoarserWhereThatLeavesOutFewPoints) {
     EXPECT_EQ(draw(0), kExact);
     EXPECT_EQ(draw(0.1), kExact);
     EXPECT_GT(draw(0.5), 2);
+}
+
+// The pictures of a moving view may be coarser than that of the same view at rest, even where time allows more.
+TEST(FrameScheduler, AMovingViewIsNoFinerThanItsOwnError) {
+    constexpr FrameScheduler::Errors kTwo{.still = kExact, .moving = 1};
+    FrameScheduler scheduler(kTwo, 0);
+    scheduler.drawn(picture(kExact), 0);
+    for (int i = 1; i < 5; ++i) {
+        scheduler.view_changed(i, kTwo);
+        EXPECT_EQ(scheduler.next(i, points_at)->max_error, 1);
+        scheduler.drawn(picture(1), i);
+        EXPECT_FALSE(scheduler.complete());
+    }
+    EXPECT_EQ(scheduler.next(6, points_at)->max_error, kExact);
+    scheduler.drawn(picture(kExact), 6);
+    EXPECT_TRUE(scheduler.complete());
+    // A model at its finest level has no coarser picture to draw first.
+    scheduler.view_changed(7, kTwo);
+    EXPECT_EQ(scheduler.next(7, [](double) { return std::uint64_t{4'000'000}; })->max_error, kExact);
+    // The user chose fast pictures: these are exact.
+    constexpr FrameScheduler::Errors kFast{.still = 1, .moving = 1};
+    scheduler.view_changed(8, kFast);
+    EXPECT_EQ(scheduler.next(8, points_at)->max_error, 1);
+    scheduler.drawn(picture(1), 8);
+    EXPECT_TRUE(scheduler.complete());
 }
 
 TEST(FrameScheduler, ReturnsToTheExactErrorWhenTheViewRests) {
@@ -108,20 +134,20 @@ TEST(FrameScheduler, ReturnsToTheExactErrorWhenTheViewRests) {
 }
 
 TEST(FrameScheduler, RefinesOnlyAViewThatRestsAtFullDetail) {
-    FrameScheduler scheduler(kExact, 0);
+    FrameScheduler scheduler(kErrors, 0);
     EXPECT_FALSE(scheduler.refinement_due());
     scheduler.drawn(picture(kExact, false), 1);
     EXPECT_FALSE(scheduler.refinement_due());
     scheduler.drawn(picture(kExact), 2);
     EXPECT_LE(*scheduler.refinement_due(), 2); // the first picture of a model does not wait
-    scheduler.view_changed(10);
+    scheduler.view_changed(10, kErrors);
     EXPECT_FALSE(scheduler.refinement_due());
     scheduler.drawn(picture(kExact), 10.01); // exact, but the view may still move
     EXPECT_NEAR(*scheduler.refinement_due(), 10 + FrameScheduler::kRest, 1e-9);
 }
 
 TEST(FrameScheduler, DrawsAtOnceWhatTakesNoLongerThanTheBudget) {
-    FrameScheduler scheduler(kExact, 60);
+    FrameScheduler scheduler(kErrors, 60);
     scheduler.drawn({.max_error = kExact, .points = points_at(kExact), .complete = true, .seconds = 0.03}, 0);
     const double error = moving_error(scheduler, 1);
     EXPECT_GT(error, kExact);
@@ -196,23 +222,24 @@ TEST(FrameScheduler, NeverGetsCoarserThanHelps) {
         scheduler.drawn({.max_error = error, .points = points_at(error), .complete = true, .seconds = 5}, i);
     }
     // An exact error beyond that limit stays.
-    FrameScheduler coarse(8, 30);
+    constexpr FrameScheduler::Errors kCoarse{.still = 8, .moving = 8};
+    FrameScheduler coarse(kCoarse, 30);
     coarse.drawn({.max_error = 8, .points = 10'000'000, .complete = true, .seconds = 5}, 0);
-    coarse.view_changed(1);
+    coarse.view_changed(1, kCoarse);
     EXPECT_EQ(coarse.next(1, [](double) { return std::uint64_t{10'000'000}; })->max_error, 8);
 }
 
 TEST(FrameScheduler, EverySmallModelIsDrawnExactAtOnce) {
-    FrameScheduler scheduler(kExact, 240);
+    FrameScheduler scheduler(kErrors, 240);
     const auto few = [](double) { return FrameScheduler::kFewPoints; };
     EXPECT_EQ(scheduler.next(0, few)->max_error, kExact);
     scheduler.drawn({.max_error = kExact, .points = 50'000, .complete = true, .seconds = 0.3}, 0.3);
-    scheduler.view_changed(1);
+    scheduler.view_changed(1, kErrors);
     EXPECT_EQ(scheduler.next(1, few)->max_error, kExact);
 }
 
 TEST(FrameScheduler, DrawsAgainWhenChunksArriveButNotAllTheTime) {
-    FrameScheduler scheduler(kExact, 30);
+    FrameScheduler scheduler(kErrors, 30);
     scheduler.drawn(picture(kExact, false), 10); // took 0.1 s
     EXPECT_FALSE(scheduler.complete());
     EXPECT_FALSE(scheduler.due()); // no chunk has arrived

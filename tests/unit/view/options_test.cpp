@@ -141,6 +141,20 @@ TEST(ChooseCamera, RefusesGridsSoFarFromTheOriginThatCoordinatesRoundOrOverflow)
         EXPECT_TRUE(choose_camera({}, extent_at({centre, 0, 0}, 1), Grid{}, {100, 100})) << centre;
 }
 
+TEST(MaxErrorOf, IsThatOfTheCommandLineOrOfTheQuality) {
+    ViewOptions options;
+    EXPECT_EQ(max_error_of(options, Quality::automatic, Motion::still), kFineMaxError);
+    EXPECT_EQ(max_error_of(options, Quality::automatic, Motion::moving), kFastMaxError);
+    EXPECT_EQ(max_error_of(options, Quality::fine, Motion::moving), kFineMaxError);
+    EXPECT_EQ(max_error_of(options, Quality::fast, Motion::still), kFastMaxError);
+    EXPECT_EQ(detail_as_options(options), "");
+    options.max_error = 0.5;
+    for (const Quality quality : {Quality::automatic, Quality::fine, Quality::fast})
+        for (const Motion motion : {Motion::still, Motion::moving})
+            EXPECT_EQ(max_error_of(options, quality, motion), 0.5);
+    EXPECT_EQ(detail_as_options(options), " --max-error=0.5");
+}
+
 TEST(CheckPictureMemory, RefusesPicturesThatTakeMoreThanGranted) {
     ViewOptions options;
     EXPECT_TRUE(check_picture_memory(options));

@@ -68,7 +68,7 @@ class ShownModelTest : public testing::Test {
     }
     DetailView view(const ShownModel &model) const {
         return model.view(choose_camera(options_, model.extent(), model.grid(), kSize).value(), kSize,
-                          options_.max_error);
+                          options_.max_error.value_or(kFastMaxError));
     }
     // The picture with all needed chunks loaded.
     Framebuffer exact_picture(ShownModel &model) const {
