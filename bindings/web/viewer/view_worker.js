@@ -26,9 +26,9 @@ const LEAST_SCALE = 0.25;
 const REFINE_EVERY = 60; // ms between pictures that only new bytes change
 const SAMPLES = 8; // of a fine picture: the default of pbm-render
 const QUICK_ENOUGH = 1500; // ms that a fine picture may take with quality "auto": input waits for it
-const FINEST = 1.42; // pixels: largest edge of a drawn voxel; the default of pbm-render
-const COARSEST = 100;
+const MAX_ERROR = { fast: 2, fine: 1.42 }; // pixels: largest edge of a drawn voxel; the defaults of pbm-render
 const COARSER = 1.25; // times as large, if the chunks that a picture needs take more than their part of the memory
+const COARSEST = 50; // times as large
 // Parts of maxMemory: decoded chunks, compressed bytes. The rest is for pictures and code.
 const DECODED_PART = 0.6;
 const BYTES_PART = 0.25;
@@ -56,7 +56,7 @@ class ViewWorker {
     #picture = null;
     #framed = null; // default camera: {width, height, camera}
     #scale = 1; // of moving pictures
-    #maxError = FINEST;
+    #coarser = 1; // times as large as MAX_ERROR drawn voxels may be
     // ms of the last picture of each kind (fine: of each sample); when the last picture was drawn.
     #times = { fast: 0, fine: 0, moving: 0, drawn: 0 };
     #started = performance.now();
@@ -89,7 +89,7 @@ class ViewWorker {
     view(view) {
         if (view.moving) {
             this.#restAt = performance.now() + REST_AFTER;
-            this.#maxError = Math.max(this.#maxError / COARSER, FINEST);
+            this.#coarser = Math.max(this.#coarser / COARSER, 1);
         }
         this.#view = view;
         this.#changed = true;
@@ -144,8 +144,11 @@ class ViewWorker {
             if (now < this.#restAt) {
                 if (this.#changed) this.#drawMoving();
                 this.#schedule(this.#restAt - performance.now() + 1);
-            } else if (!this.#isExact() || (this.#arrived && !this.#picture.settled)) {
+            } else if (!this.#isExact()) {
                 this.#draw(1, 0);
+                this.#schedule(0);
+            } else if (this.#arrived && !this.#picture.settled) {
+                this.#draw(1, Math.min(this.#picture.samples, 1));
                 this.#schedule(0);
             } else if (this.#isFineDue()) {
                 this.#draw(1, this.#nextSamples());
@@ -244,20 +247,21 @@ class ViewWorker {
             return 0;
         }
         const camera = full.camera ?? framed;
+        const quality = samples > 0 ? "fine" : "fast";
         const { pixels, depths, complete, error } = this.#model.render({
             camera,
             width,
             height,
-            quality: samples > 0 ? "fine" : "fast",
+            quality,
             ...(samples > 0 && { samples }),
             background: full.background,
             depths: true,
-            maxError: this.#maxError,
+            maxError: MAX_ERROR[quality] * this.#coarser,
             maxMemory: Math.ceil(this.#maxMemory * DECODED_PART),
         });
-        if (error?.code === CODES.LIMIT && this.#maxError < COARSEST) {
+        if (error?.code === CODES.LIMIT && this.#coarser < COARSEST) {
             this.#store.takeLacking();
-            this.#maxError *= COARSER;
+            this.#coarser *= COARSER;
             return this.#draw(scale, samples);
         }
         this.#picture = { camera, width, height, depths, complete, scale, samples };

@@ -16,16 +16,16 @@
 #define PBM_RENDER_BRICK_SPLATTER_TABLES
 namespace pbm {
 
-// How far a placed block of 2 x 2 pixels lies behind its plane one pixel from its middle, in voxel edges. One of 3 x 3
-// lies as far behind it 1.5 pixels from its middle.
-inline constexpr float kPlacedBlockCone = 1.2F;
+// How far a placed block of kEdge x kEdge pixels lies behind its plane one pixel from its middle, in voxel edges; the
+// depth grows with the square of the distance.
+template <int kEdge> inline constexpr float kPlacedBlockCone = kEdge == 2 ? 1.2F : 0.444F;
 
 // Placed blocks of 3 x 3 pixels leave out pixels outside of an ellipse: those at (x, y) pixels from the middle where
 //
 //   x^2 + y^2 + kBlockTilt slope(x, y)^2 > (kBlockReach r)^2
 //
 // for a splat radius of r pixels; slope(x, y) is the depth of its plane there, in lengths of a pixel.
-inline constexpr float kBlockTilt = 0.5F, kBlockReach = 1.25F;
+inline constexpr float kBlockTilt = 0.5F, kBlockReach = 1.2F;
 
 } // namespace pbm
 #endif
@@ -142,7 +142,7 @@ HWY_INLINE void project_blocks(const StripRun &at, const FacingPoints &points, s
         from_y[i] = hn::Add(upper, set(static_cast<float>(i)));
     }
     constexpr bool kIsCut = kPlaced && kEdge == 3;
-    const Vector cone = set(kPlacedBlockCone * 4 / (kEdge * kEdge) * voxel_edge);
+    const Vector cone = set(kPlacedBlockCone<kEdge> * voxel_edge);
     Vector reach2 = hn::Zero(d);
     if constexpr (kIsCut) {
         const Vector radius = hn::Load(d, points.radius.data() + first);
