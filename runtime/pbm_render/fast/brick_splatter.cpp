@@ -25,7 +25,7 @@ template <int kEdge> inline constexpr float kPlacedBlockCone = kEdge == 2 ? 1.2F
 //   x^2 + y^2 + kBlockTilt slope(x, y)^2 > (kBlockReach r)^2
 //
 // for a splat radius of r pixels; slope(x, y) is the depth of its plane there, in lengths of a pixel.
-inline constexpr float kBlockTilt = 0.5F, kBlockReach = 1.2F;
+inline constexpr float kBlockTilt = 0.5F, kBlockReach = 1.25F;
 
 } // namespace pbm
 #endif
