@@ -28,20 +28,22 @@ template <class Work> double seconds_of(const Work &work) {
 
 glm::dvec3 vector_from(const ShortNormal &n) { return glm::dvec3(n[0], n[1], n[2]) / kNormalScale; }
 
-// Share of the points whose normal is on the other side of the true one; zero normals are on neither.
-template <class NormalOf> double wrong_signs(const VertexNormals &truth, const NormalOf &normal_of) {
+// Share of the first `points` points whose normal is on the other side of the true one; zero normals are on neither.
+template <class NormalOf>
+double wrong_signs(const VertexNormals &truth, std::size_t points, const NormalOf &normal_of) {
     std::size_t wrong = 0;
-    for (std::size_t i = 0; i < truth.normals.size(); ++i)
+    for (std::size_t i = 0; i < points; ++i)
         wrong += glm::dot(vector_from(truth.normals[i]), normal_of(i)) < 0 ? 1 : 0;
-    return static_cast<double>(wrong) / static_cast<double>(truth.normals.size());
+    return static_cast<double>(wrong) / static_cast<double>(points);
 }
 
 nlohmann::json measure(int rounds, const std::string &scan) {
     Surface surface = bench::value_or_throw(read_surface(scan, {}), scan);
     const bool has_truth = !surface.triangles.empty() || !surface.normals.empty();
-    const VertexNormals truth = bench::value_or_throw(vertex_normals(surface, 1), scan);
     Surface bare;
     bare.positions = surface.positions;
+    const VertexNormals truth =
+        bench::value_or_throw(vertex_normals(surface, 1), scan); // may split vertices at creases
     VertexNormals ours;
     std::vector<glm::dvec3> cgal;
     nlohmann::json result{{"points", bare.positions.size()}, {"rounds", nlohmann::json::array()}};
@@ -57,10 +59,10 @@ nlohmann::json measure(int rounds, const std::string &scan) {
         bare.two_sided = points.two_sided;
     }
     if (has_truth) {
-        result["wrong"] = wrong_signs(truth, [&](std::size_t i) {
+        result["wrong"] = wrong_signs(truth, bare.positions.size(), [&](std::size_t i) {
             return bare.two_sided[i] != 0 ? glm::dvec3(0) : vector_from(ours.normals[i]);
         });
-        result["cgal_wrong"] = wrong_signs(truth, [&](std::size_t i) { return cgal[i]; });
+        result["cgal_wrong"] = wrong_signs(truth, bare.positions.size(), [&](std::size_t i) { return cgal[i]; });
     }
     return result;
 }

@@ -106,8 +106,8 @@ TEST_P(ClosedMesh, KeepsTheGatesWithLevelsMixed) {
         }
 }
 
-// Voxels of the finest level are 2 and 4 pixels wide, so nearly every splat is an ellipse. Points on sharp edges whose mean
-// normal faces away are not drawn, so the edges of the cube and the rim of the bowl end early. Surface offsets are
+// Voxels of the finest level are 2 and 4 pixels wide, so nearly every splat is an ellipse. Points on sharp edges whose
+// mean normal faces away are not drawn, so the edges of the cube and the rim of the bowl end early. Surface offsets are
 // means over neighbours, which also lowers the rim slightly.
 TEST_P(ClosedMesh, HasNoHolesCloserThanTheFinestLevelAllows) {
     Subject &it = subject();

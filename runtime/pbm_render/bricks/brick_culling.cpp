@@ -31,8 +31,8 @@ inline constexpr float kBlockRoom = 0.8F;
 inline constexpr float kThinRoom = 1.12F;
 // Grid edges. Floats hold the places of bricks relative to eyes up to this far from the cube, else to its middle.
 inline constexpr float kFarEye = 100;
-// Pixels. Voxels up to this width are drawn as blocks of 2 x 2 pixels, larger ones as blocks of 3 x 3 pixels; either are
-// drawn as ellipses where splats are too large for such blocks.
+// Pixels. Voxels up to this width are drawn as blocks of 2 x 2 pixels, larger ones as blocks of 3 x 3 pixels; either
+// are drawn as ellipses where splats are too large for such blocks.
 inline constexpr float kSmallVoxel = 1.42F;
 
 } // namespace pbm

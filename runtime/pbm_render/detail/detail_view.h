@@ -8,8 +8,8 @@
 
 namespace pbm {
 
-// Defaults of DetailView::max_error, pixels. Smaller voxels make fine pictures truer, but not fast ones: of the points in
-// a pixel these show one (docs/explanation/fidelity.md).
+// Defaults of DetailView::max_error, pixels. Smaller voxels make fine pictures truer, but not fast ones: of the points
+// in a pixel these show one (docs/explanation/fidelity.md).
 inline constexpr double kFastMaxError = 2, kFineMaxError = 1.42;
 
 struct DetailView {

@@ -28,8 +28,8 @@ class Recording {
     // errors  as StreamedModel::load and the sink
     Status add(ShownModel &model, const LookPointer &look,
                const std::function<void(const Framebuffer &, const PictureStatistics &)> &show) {
-        const DetailView view = model.view(camera(), view_.resolution,
-                                           max_error_of(view_, look->options.quality, Motion::moving));
+        const DetailView view =
+            model.view(camera(), view_.resolution, max_error_of(view_, look->options.quality, Motion::moving));
         const auto detail = model.streamed().load(view);
         if (!detail)
             return detail.error();

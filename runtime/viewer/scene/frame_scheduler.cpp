@@ -7,8 +7,7 @@
 namespace pbm {
 
 FrameScheduler::FrameScheduler(const Errors &errors, double min_fps)
-    : errors_(errors),
-      moving_budget_(min_fps > 0 ? kDrawingShare / min_fps : std::numeric_limits<double>::infinity()) {
+    : errors_(errors), moving_budget_(min_fps > 0 ? kDrawingShare / min_fps : std::numeric_limits<double>::infinity()) {
     assert(errors.still > 0 && errors.still <= errors.moving && min_fps >= 0);
 }
 
@@ -71,7 +70,7 @@ bool FrameScheduler::fits(double error, double part, const PointsAt &points_at) 
 }
 
 double FrameScheduler::quick_error(const PointsAt &points_at) const {
-    const double least = errors_.moving, largest = std::max(least, kLargestError);
+    const double least = changed_ ? errors_.moving : errors_.still, largest = std::max(least, kLargestError);
     if (static_cast<double>(points_at(largest)) > (1 - kMinSaving) * static_cast<double>(points_at(errors_.still)))
         return errors_.still;
     if (!quick_) { // the first picture of a motion

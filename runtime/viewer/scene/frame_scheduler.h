@@ -51,7 +51,8 @@ class FrameScheduler {
     // Number of points to draw at an error.
     using PointsAt = std::function<std::uint64_t(double max_error)>;
 
-    // Starts at rest. `min_fps`: frames per second of a moving view, 0: any.
+    // Starts at rest: the first picture is exact where time allows. `min_fps`: frames per second of a moving view, 0:
+    // any.
     FrameScheduler(const Errors &errors, double min_fps);
 
     // The picture shown is out of date; further changes may follow.

@@ -30,11 +30,10 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const std::s
     static_cast<void>(shown->painter(shown->window_)); // now, before there is a window
     // The window reports an unusable camera.
     if (const auto camera = choose_camera(options, shown->extent_, shown->grid(), options.resolution))
-        shown->streamed().request(
-            shown->streamed()
-                .choose(shown->view(*camera, options.resolution,
-                                    max_error_of(options, options.look.quality, Motion::moving)))
-                .missing);
+        shown->streamed().request(shown->streamed()
+                                      .choose(shown->view(*camera, options.resolution,
+                                                          max_error_of(options, options.look.quality, Motion::still)))
+                                      .missing);
     return shown;
 }
 

@@ -50,10 +50,11 @@ struct Difference {
 
 // Whether a picture covers all pixels up to two pixels from pixel `at`.
 bool is_inside(const Framebuffer &picture, std::size_t at) {
-    const int x = static_cast<int>(at) % picture.width, y = static_cast<int>(at) / picture.width;
-    for (int row = std::max(y - 2, 0); row <= std::min(y + 2, picture.height - 1); ++row)
-        for (int column = std::max(x - 2, 0); column <= std::min(x + 2, picture.width - 1); ++column)
-            if (picture.depth[static_cast<std::size_t>(row * picture.width + column)] == kEmpty)
+    const auto width = static_cast<std::size_t>(picture.width), height = static_cast<std::size_t>(picture.height);
+    const std::size_t x = at % width, y = at / width;
+    for (std::size_t row = y - std::min<std::size_t>(y, 2); row < std::min(y + 3, height); ++row)
+        for (std::size_t column = x - std::min<std::size_t>(x, 2); column < std::min(x + 3, width); ++column)
+            if (picture.depth[row * width + column] == kEmpty)
                 return false;
     return true;
 }
@@ -88,9 +89,10 @@ Difference compare(const Framebuffer &expected, const Framebuffer &drawn) {
 }
 
 std::string text(const Difference &d) {
-    return "lost " + std::to_string(d.lost) + ", open " + std::to_string(d.open) + ", added " + std::to_string(d.added) + ", both " +
-           std::to_string(d.both) + ", depth " + std::to_string(d.depth) + " <= " + std::to_string(d.max_depth) +
-           ", colour " + std::to_string(d.colour) + ", other colours " + std::to_string(d.other_colours);
+    return "lost " + std::to_string(d.lost) + ", open " + std::to_string(d.open) + ", added " +
+           std::to_string(d.added) + ", both " + std::to_string(d.both) + ", depth " + std::to_string(d.depth) +
+           " <= " + std::to_string(d.max_depth) + ", colour " + std::to_string(d.colour) + ", other colours " +
+           std::to_string(d.other_colours);
 }
 
 Difference difference(const DrawnModel &model, const Camera &camera, int width = kWidth, int height = kHeight,

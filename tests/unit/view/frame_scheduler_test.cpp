@@ -99,6 +99,7 @@ TEST(FrameScheduler, IsNeverCoarserWhereThatLeavesOutFewPoints) {
 TEST(FrameScheduler, AMovingViewIsNoFinerThanItsOwnError) {
     constexpr FrameScheduler::Errors kTwo{.still = kExact, .moving = 1};
     FrameScheduler scheduler(kTwo, 0);
+    EXPECT_EQ(scheduler.next(0, points_at)->max_error, kExact); // nothing has moved yet
     scheduler.drawn(picture(kExact), 0);
     for (int i = 1; i < 5; ++i) {
         scheduler.view_changed(i, kTwo);
