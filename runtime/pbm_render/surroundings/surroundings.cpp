@@ -226,7 +226,11 @@ void SurroundingsView::look(glm::dvec2 first, std::size_t count, const float *ob
 }
 
 void SurroundingsView::draw_row(int y, const PixelRow &row, SurroundingsRow &scratch) const {
-    if (is_plain())
+    const auto has_ground = [&] {
+        const GroundRow ground = GroundSampler::row(ground_frame_, projection_, {0.5, y + 0.5}, row.width);
+        return ground.begin < ground.end;
+    };
+    if (panorama_ == nullptr && (ground_ == nullptr || !has_ground()))
         return;
     std::vector<float> &object_depths = scratch.object_depths;
     object_depths.resize(row.width);
