@@ -42,8 +42,8 @@ nlohmann::json measure(int rounds, const std::string &scan) {
     const bool has_truth = !surface.triangles.empty() || !surface.normals.empty();
     Surface bare;
     bare.positions = surface.positions;
-    const VertexNormals truth =
-        bench::value_or_throw(vertex_normals(surface, 1), scan); // may split vertices at creases
+    // Splits vertices at creases: the copies come behind all points.
+    const VertexNormals truth = bench::value_or_throw(vertex_normals(surface, 1), scan);
     VertexNormals ours;
     std::vector<glm::dvec3> cgal;
     nlohmann::json result{{"points", bare.positions.size()}, {"rounds", nlohmann::json::array()}};

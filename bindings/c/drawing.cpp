@@ -81,10 +81,7 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
     request.depth_cue = options.depth_cue;
     if (options.finest_level > 0)
         request.view.finest = options.finest_level;
-    if (options.max_error > 0)
-        request.view.max_error = options.max_error;
-    else if (request.fine)
-        request.view.max_error = kFineMaxError;
+    request.view.max_error = options.max_error > 0 ? options.max_error : default_max_error(request.fine);
     const auto leaves = [&](std::uint32_t flag) { return (options.flags & flag) != 0; };
     RenderOptions &render = request.render;
     if (leaves(PBM_BACKGROUND))

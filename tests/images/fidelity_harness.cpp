@@ -294,7 +294,7 @@ int run(const Options &options) {
     } else {
         for (const std::string &quality : options.qualities) {
             const bool is_fine = quality == "fine";
-            const double max_error = options.max_error.value_or(is_fine ? kFineMaxError : kFastMaxError);
+            const double max_error = options.max_error.value_or(default_max_error(is_fine));
             renderers.push_back({quality, draw_detail(model, fast, max_error, options.finest, look,
                                                       is_fine ? &fine : nullptr, change)});
         }

@@ -8,9 +8,10 @@
 
 namespace pbm {
 
-// Defaults of DetailView::max_error, pixels. Smaller voxels make fine pictures truer, but not fast ones: of the points
-// in a pixel these show one (docs/explanation/fidelity.md).
+// Defaults of DetailView::max_error, pixels. A fast picture shows one of the points in a pixel, so smaller voxels make
+// fine pictures truer, but not fast ones (docs/explanation/fidelity.md).
 inline constexpr double kFastMaxError = 2, kFineMaxError = 1.42;
+constexpr double default_max_error(bool fine) { return fine ? kFineMaxError : kFastMaxError; }
 
 struct DetailView {
     Camera camera;                    // usable

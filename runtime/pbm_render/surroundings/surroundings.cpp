@@ -185,14 +185,22 @@ void SurroundingsView::look_behind(const RayRow &rays, SurroundingsRow &row) con
     std::fill(row.alpha.begin(), row.alpha.end(), static_cast<float>(background_[3]) / 255.0F);
 }
 
+GroundRow SurroundingsView::ground_row(glm::dvec2 first, std::size_t count) const {
+    return ground_ == nullptr ? GroundRow{} : GroundSampler::row(ground_frame_, projection_, first, count);
+}
+
 void SurroundingsView::look(glm::dvec2 first, std::size_t count, const float *object_depths,
+                            SurroundingsRow &row) const {
+    look(first, count, object_depths, ground_row(first, count), row);
+}
+
+void SurroundingsView::look(glm::dvec2 first, std::size_t count, const float *object_depths, const GroundRow &ground,
                             SurroundingsRow &row) const {
     row.resize(count);
     const std::size_t blocks = row.wanted.size();
     std::copy_n(object_depths, count, row.depth.begin());
     std::fill(row.depth.begin() + static_cast<std::ptrdiff_t>(count), row.depth.end(), 0.0F); // no ray passes there
     std::fill(row.coverage.begin(), row.coverage.end(), 0.0F);
-    GroundRow ground;
     const GroundPixels pixels{.object_depths = row.depth.data(),
                               .coverage = row.coverage.data(),
                               .depths = row.depth.data(),
@@ -204,7 +212,6 @@ void SurroundingsView::look(glm::dvec2 first, std::size_t count, const float *ob
                               .mirrored_green = row.mirrored_green.data(),
                               .mirrored_blue = row.mirrored_blue.data()};
     if (ground_ != nullptr) {
-        ground = GroundSampler::row(ground_frame_, projection_, first, count);
         std::fill(row.wanted_ground.begin(), row.wanted_ground.end(), std::uint8_t{0});
         GroundSampler::find_covered(ground_frame_, ground, pixels, row.wanted_ground.data());
     }
@@ -226,18 +233,16 @@ void SurroundingsView::look(glm::dvec2 first, std::size_t count, const float *ob
 }
 
 void SurroundingsView::draw_row(int y, const PixelRow &row, SurroundingsRow &scratch) const {
-    const auto has_ground = [&] {
-        const GroundRow ground = GroundSampler::row(ground_frame_, projection_, {0.5, y + 0.5}, row.width);
-        return ground.begin < ground.end;
-    };
-    if (panorama_ == nullptr && (ground_ == nullptr || !has_ground()))
+    const glm::dvec2 first(0.5, y + 0.5);
+    const GroundRow ground = ground_row(first, row.width);
+    if (panorama_ == nullptr && ground.begin == ground.end)
         return;
     std::vector<float> &object_depths = scratch.object_depths;
     object_depths.resize(row.width);
     const float scale = 1 / row.depth_scale;
     for (std::size_t x = 0; x < row.width; ++x)
         object_depths[x] = row.depths[x] * scale;
-    look({0.5, y + 0.5}, row.width, object_depths.data(), scratch);
+    look(first, row.width, object_depths.data(), ground, scratch);
     HWY_DYNAMIC_DISPATCH(pack_row)(scratch, panorama_ != nullptr, row);
 }
 

@@ -96,6 +96,9 @@ class SurroundingsView final : public FrameSurroundings {
 
   private:
     RayRow rays(glm::dvec2 first, std::size_t count) const;
+    GroundRow ground_row(glm::dvec2 first, std::size_t count) const; // empty where there is no ground
+    void look(glm::dvec2 first, std::size_t count, const float *object_depths, const GroundRow &ground,
+              SurroundingsRow &row) const;
     void look_behind(const RayRow &rays, SurroundingsRow &row) const;
 
     const Projection &projection_;

@@ -216,7 +216,7 @@ void forget_camera(ViewOptions &options) {
 }
 
 double max_error_of(const ViewOptions &options, Quality quality, Motion motion) {
-    return options.max_error.value_or(draws_fine(quality, motion) ? kFineMaxError : kFastMaxError);
+    return options.max_error.value_or(default_max_error(draws_fine(quality, motion)));
 }
 
 DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::ivec2 size, double max_error) {

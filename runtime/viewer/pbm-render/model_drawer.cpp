@@ -66,8 +66,7 @@ RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, Mo
         return drawn;
     }
     const Detail detail = scene_->model.choose(view(camera, {target.width, target.height}, motion));
-    return motion == Motion::still ? painter_->draw(detail.runs, camera, look_, target, tasks)
-                                   : painter_->draw_frame(detail.runs, camera, look_, target);
+    return painter_->draw(detail.runs, camera, look_, motion, target, tasks);
 }
 
 void ModelDrawer::count_depths_from(const Camera &camera, Framebuffer &picture) const {

@@ -29,7 +29,7 @@ class ModelDrawer {
 
     // Loads what a picture of `size` needs. The reference renderer loads the whole level.
     Status load(const Camera &camera, glm::ivec2 size, Motion motion);
-    // Draws what was loaded for this view; a still picture runs `tasks` meanwhile. See Painter.
+    // Draws what was loaded for this view, and runs `tasks`. See Painter.
     RenderStatistics draw(const Camera &camera, Framebuffer &target, Motion motion, const RowTasks &tasks = {});
     // Turns the depths of a picture, which count from the eye, into distances from the camera's position along the view
     // direction. They differ if the camera is orthographic; what lies behind such a camera is drawn, too.

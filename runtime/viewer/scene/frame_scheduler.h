@@ -35,8 +35,8 @@ class FrameScheduler {
 
     // Largest edges of drawn voxels, pixels.
     struct Errors {
-        double still;  // the exact error
-        double moving; // of pictures of a moving view at least
+        double still;  // of a view at rest: the exact error
+        double moving; // of a moving view, the least
     };
     struct Step {
         double max_error; // pixels

@@ -42,9 +42,9 @@ void Painter::add_legend(bool wanted, Framebuffer &target) const {
         draw_legend(*legend_, target);
 }
 
-RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &camera, const Look &look,
+RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &camera, const Look &look, Motion motion,
                                Framebuffer &target, const RowTasks &tasks) {
-    if (!draws_fine(look.options.quality, Motion::still))
+    if (!draws_fine(look.options.quality, motion))
         return draw_fast(runs, camera, look, target, tasks);
     const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
         return fine(appearance(look, camera)).render(runs, camera, look.options.render, picture, look.options.samples);
@@ -53,12 +53,6 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
     if (tasks.count > 0)
         pool().run(tasks.count, tasks.run);
     return drawn;
-}
-
-RenderStatistics Painter::draw_frame(std::span<const PointRun> runs, const Camera &camera, const Look &look,
-                                     Framebuffer &target) {
-    return draws_fine(look.options.quality, Motion::moving) ? draw(runs, camera, look, target)
-                                                            : draw_fast(runs, camera, look, target);
 }
 
 RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,

@@ -21,13 +21,10 @@ class Painter {
     // `scene` must outlive the painter. `pool` draws fast pictures; null: `threads` threads of its own.
     Painter(const StreamedScene &scene, int threads, std::shared_ptr<ThreadPool> pool = nullptr);
 
-    // Draws a still picture: fine, unless `look` asks for a fast one. Runs `tasks`, in fast pictures without a depth
-    // cue while other rows are drawn.
-    RenderStatistics draw(std::span<const PointRun> runs, const Camera &camera, const Look &look, Framebuffer &target,
-                          const RowTasks &tasks = {});
-    // Draws one of many pictures of a moving view: fast, unless `look` asks for fine ones.
-    RenderStatistics draw_frame(std::span<const PointRun> runs, const Camera &camera, const Look &look,
-                                Framebuffer &target);
+    // Draws a picture with the quality that `look` has for such a motion. Runs `tasks`, in fast pictures without a
+    // depth cue while other rows are drawn.
+    RenderStatistics draw(std::span<const PointRun> runs, const Camera &camera, const Look &look, Motion motion,
+                          Framebuffer &target, const RowTasks &tasks = {});
     // Draws fast, whatever the quality in `look`.
     RenderStatistics draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                Framebuffer &target, const RowTasks &tasks = {});

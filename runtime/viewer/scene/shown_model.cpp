@@ -28,12 +28,11 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const std::s
         return extent.error();
     shown->extent_ = std::move(*extent);
     static_cast<void>(shown->painter(shown->window_)); // now, before there is a window
+    const double max_error = max_error_of(options, options.look.quality, Motion::still);
     // The window reports an unusable camera.
     if (const auto camera = choose_camera(options, shown->extent_, shown->grid(), options.resolution))
-        shown->streamed().request(shown->streamed()
-                                      .choose(shown->view(*camera, options.resolution,
-                                                          max_error_of(options, options.look.quality, Motion::still)))
-                                      .missing);
+        shown->streamed().request(
+            shown->streamed().choose(shown->view(*camera, options.resolution, max_error)).missing);
     return shown;
 }
 
@@ -75,12 +74,14 @@ PictureStatistics ShownModel::draw_in_background(const Detail &detail, const Det
 
 PictureStatistics ShownModel::draw_frame(const Detail &detail, const DetailView &view, const LookPointer &look,
                                          Framebuffer &target) {
-    return measure(detail, view, [&] { return painter(window_).draw_frame(detail.runs, view.camera, *look, target); });
+    return measure(detail, view,
+                   [&] { return painter(window_).draw(detail.runs, view.camera, *look, Motion::moving, target); });
 }
 
 PictureStatistics ShownModel::draw_still(const Detail &detail, const DetailView &view, const LookPointer &look,
                                          Framebuffer &target) {
-    return measure(detail, view, [&] { return painter(background_).draw(detail.runs, view.camera, *look, target); });
+    return measure(detail, view,
+                   [&] { return painter(background_).draw(detail.runs, view.camera, *look, Motion::still, target); });
 }
 
 void ShownModel::begin_fine(const Detail &detail, const DetailView &view, const LookPointer &look) {
