@@ -45,8 +45,8 @@ namespace pbm::HWY_NAMESPACE {
 struct SeenLanes {
     std::array<float, kLaneNumbers.size()> u, v, w;
     std::array<std::int32_t, kLaneNumbers.size()> top, bottom;
-    // Block, and the bits kFacesEye and kThin.
-    static constexpr std::int32_t kFacesEye = 256, kThin = 512;
+    // Block, and these bits.
+    static constexpr std::int32_t kFacesEye = 256, kThin = 512, kHasFronts = 1024, kHasBacks = 2048;
     std::array<std::int32_t, kLaneNumbers.size()> kind;
 };
 
@@ -86,7 +86,8 @@ HWY_INLINE RecordLanes read_records(const PointRun &run, std::size_t first, std:
 
 // Whether no normal of the cones faces the eye anywhere in the bricks. `sight`: from the eye to the bricks' centres;
 // `along`: its product with the cones' axes; `reach`: the bricks' radii; all in eye space.
-HWY_INLINE Mask faces_away(IntVector cone_cosine, const Vector3 &sight, Vector along, Vector reach) {
+HWY_INLINE Mask faces_away(IntVector cone_cosine, const Vector3 &sight, Vector along, Vector reach,
+                           float slack = kFacingSlack) {
     const Floats d;
     const Vector zero = hn::Zero(d), one = hn::Set(d, 1);
     const Vector inverse_length = hn::Div(one, hn::Sqrt(dot(sight, sight)));
@@ -95,8 +96,8 @@ HWY_INLINE Mask faces_away(IntVector cone_cosine, const Vector3 &sight, Vector a
     const Vector sines =
         hn::Sqrt(hn::Max(zero, hn::Mul(hn::Sub(one, hn::Mul(cosine, cosine)), hn::Sub(one, hn::Mul(turned, turned)))));
     // The reference's slack refers to rays of depth 1, which are at least as long as the unit ray here.
-    const Mask away = hn::Gt(hn::Sub(hn::Mul(turned, cosine), sines),
-                             hn::Add(hn::Set(d, kFacingSlack), hn::Mul(reach, inverse_length)));
+    const Mask away =
+        hn::Gt(hn::Sub(hn::Mul(turned, cosine), sines), hn::Add(hn::Set(d, slack), hn::Mul(reach, inverse_length)));
     return hn::And(hn::Gt(along, zero), away);
 }
 
@@ -157,11 +158,18 @@ HWY_INLINE unsigned see_bricks(const RunGeometry &geometry, const FrameGeometry 
     const Vector3 cone{hn::GatherIndex(d, normals, axes), hn::GatherIndex(d, normals + 1, axes),
                        hn::GatherIndex(d, normals + 2, axes)};
     const Vector along = dot(cone, centre);
-    // Where points show their backs, cones say nothing.
-    const IntVector no_cone = frame.shows_backs ? bricks.cone_cosine : hn::Set(di, kNoCone);
-    const Mask has_cone = hn::RebindMask(d, hn::Ne(bricks.cone_cosine, no_cone));
-    const Mask away = hn::And(has_cone, faces_away(bricks.cone_cosine, centre, along, reach));
-    seen = hn::AndNot(hn::And(far, hn::Or(outside, away)), seen);
+    const Mask has_cone = hn::RebindMask(d, hn::Ne(bricks.cone_cosine, hn::Set(di, kNoCone)));
+    const Mask bounded = hn::And(far, has_cone);
+    const Mask only_backs = hn::And(bounded, faces_away(bricks.cone_cosine, centre, along, reach));
+    seen = hn::AndNot(hn::And(far, outside), seen);
+    IntVector sides = when(hn::Not(only_backs), SeenLanes::kHasFronts);
+    if (frame.shows_backs) {
+        const Mask only_fronts =
+            hn::And(bounded, faces_away(bricks.cone_cosine, centre, hn::Neg(along), reach, -kFacingSlack / 2));
+        sides = hn::Or(sides, when(hn::Not(only_fronts), SeenLanes::kHasBacks));
+    } else {
+        seen = hn::AndNot(only_backs, seen);
+    }
 
     // Off the picture's middle, a length across the ray covers more pixels; blocks leave some room for that.
     const Vector inverse_focal = set(frame.inverse_focal);
@@ -182,7 +190,8 @@ HWY_INLINE unsigned see_bricks(const RunGeometry &geometry, const FrameGeometry 
     const IntVector top_row = hn::ConvertTo(di, top), bottom_row = hn::ConvertTo(di, bottom);
     hn::StoreU(top_row, di, to.top.data());
     hn::StoreU(bottom_row, di, to.bottom.data());
-    hn::StoreU(hn::IfThenElse(hn::RebindMask(di, far), kind, hn::Set(di, SeenLanes::kFacesEye)), di, to.kind.data());
+    const IntVector any_kind = hn::IfThenElse(hn::RebindMask(di, far), kind, hn::Set(di, SeenLanes::kFacesEye));
+    hn::StoreU(hn::Or(any_kind, sides), di, to.kind.data());
     const auto project = [&](Vector across, float middle, float from) {
         return hn::Add(hn::Add(hn::Mul(set(frame.focal), across), hn::Mul(set(middle), centre.z)), set(from));
     };
@@ -229,6 +238,8 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
                           .right = frame.width,
                           .nearest = 0,
                           .faces_eye = (kind & SeenLanes::kFacesEye) != 0,
+                          .has_fronts = (kind & SeenLanes::kHasFronts) != 0,
+                          .has_backs = (kind & SeenLanes::kHasBacks) != 0,
                           .block = static_cast<std::uint8_t>(kind & 3),
                           .thin = (kind & SeenLanes::kThin) != 0 && !is_cut,
                           .is_cut = is_cut};

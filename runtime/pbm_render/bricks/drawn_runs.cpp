@@ -10,7 +10,7 @@ namespace pbm {
 DrawnRuns::DrawnRuns(std::uint32_t chunk_points) : ids_{static_cast<int>(std::bit_width(chunk_points - 1))} {}
 
 void DrawnRuns::set(std::span<const PointRun> runs) {
-    runs = runs.first(std::min(runs.size(), std::size_t{1} << (32 - ids_.point_bits)));
+    runs = runs.first(std::min(runs.size(), ids_.max_runs()));
     runs_.assign(runs.begin(), runs.end());
     std::size_t bricks = 0;
     for (const PointRun &run : runs_)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_render/bricks/brick_culling.h"
+#include "pbm_render/bricks/point_ids.h"
 #include "pbm_render/picture/render_options.h"
 
 #include <cstddef>
@@ -16,15 +17,6 @@ struct DrawnRun {
     RunGeometry geometry;
     std::size_t first_brick = 0, seen = 0; // range in the list's bricks
     int top = 0, bottom = 0;               // rows
-};
-
-// Point ids: the run's number in the high bits, the point's index within its chunk in the low bits.
-struct PointIds {
-    int point_bits;
-
-    std::uint32_t first_of(std::size_t run) const { return static_cast<std::uint32_t>(run) << point_bits; }
-    std::size_t run(std::uint32_t id) const { return id >> point_bits; }
-    std::size_t point(std::uint32_t id) const { return id & ((1U << point_bits) - 1); }
 };
 
 class DrawnRuns {

@@ -55,7 +55,7 @@ FrameGeometry::FrameGeometry(const Projection &p, int picture_width, int picture
     : projection(p), width(picture_width), height(picture_height), focal(static_cast<float>(p.focal)),
       inverse_focal(1 / focal), middle_x(static_cast<float>(p.middle.x)), middle_y(static_cast<float>(p.middle.y)),
       normals(kNormalCount), packed(kNormalCount), radii(radius_table()), thickness(splat_thickness()),
-      shows_backs(!p.clip.empty()) {
+      shows_backs(p.shows_backs) {
     HWY_DYNAMIC_DISPATCH(turn_normals)(p.axes, splat_normals(), normals, packed);
 }
 

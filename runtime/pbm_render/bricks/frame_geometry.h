@@ -39,7 +39,7 @@ struct FrameGeometry {
     std::vector<std::int32_t> packed; // [kNormalCount]
     std::array<float, 256> radii;     // by radius index
     std::span<const float> thickness; // [kNormalCount] of splats, voxel edges
-    bool shows_backs;                 // points that face away are drawn as two-sided ones
+    bool shows_backs;                 // points that face away are drawn, too
 };
 
 } // namespace pbm

@@ -6,9 +6,15 @@
 
 #include <glm/vec3.hpp>
 
+#include <cstdint>
+
 namespace pbm {
 
 inline constexpr double kDefaultViewAngle = 0.5235987755982988; // 30 degrees
+
+// Whether points that face away from the eye are drawn. automatic: unless the file says that its surface is closed, and
+// the camera has no clip region; then no back can be seen.
+enum class Backs : std::uint8_t { automatic, show, hide };
 
 // A camera as users of F3D and VTK describe it: a pinhole, or an orthographic camera that sees as much of the focal
 // point's plane as the pinhole would.
@@ -18,9 +24,8 @@ struct Camera {
     glm::dvec3 up{0, 1, 0};                // any length, not along the line of sight
     double view_angle = kDefaultViewAngle; // vertical, radians
     bool orthographic = false;             // drawn by a telecentric camera, see telecentric()
-    // Model space; empty: the whole model. What lies outside is not drawn. Where there is a region, points show their
-    // backs too, so that one sees the inside of what is cut open.
-    ClipRegion clip{};
+    ClipRegion clip{};                     // model space; empty: the whole model. What lies outside is not drawn
+    Backs backs = Backs::automatic;
     bool operator==(const Camera &) const = default;
 };
 

@@ -1,5 +1,7 @@
 #include "pbm_render/camera/extent.h"
 
+#include "pbm_format/model/point_values.h"
+
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -7,12 +9,28 @@
 #include <array>
 #include <bit>
 #include <cassert>
+#include <cmath>
 #include <limits>
 
 namespace pbm {
 namespace {
 
 constexpr std::size_t kMaxVoxels = std::size_t{1} << (3 * kBoundsLevel);
+
+// Voxel edges. Splats of dense scans are not larger: their discs hardly stand out of their voxels.
+constexpr double kDenseReach = 0.95;
+
+struct Voxel {
+    MortonCode code;
+    double margin; // voxel edges by which discs may stand out
+};
+
+// `index`: radius of a point of `level`; of a coarser level than the finest, it covers the discs of all points below
+// (BVG.md 6.2.3).
+double margin_of(std::uint8_t index, int level, bool is_finest) {
+    const double reach = std::ldexp(radius_fraction(index), level);
+    return reach > kDenseReach ? reach - (is_finest ? 0.5 : std::sqrt(0.75)) : 0;
+}
 
 // A mapped file may be rewritten since its masks were verified: from the first mask that makes no sense on, voxels
 // stand for all below them.
@@ -56,35 +74,35 @@ void mark_cluster(std::size_t start, std::uint32_t number, int level, std::vecto
 }
 
 // Removes the voxels of specks.
-void remove_specks(std::vector<MortonCode> &codes, int level) {
+void remove_specks(std::vector<Voxel> &all, int level) {
     const int cluster_level = std::min(level, kClusterLevel);
-    const auto cell_of = [&](MortonCode code) {
-        const auto [x, y, z] = morton_decode(code >> (3 * (level - cluster_level)));
+    const auto cell_of = [&](const Voxel &voxel) {
+        const auto [x, y, z] = morton_decode(voxel.code >> (3 * (level - cluster_level)));
         return (((std::size_t{z} << cluster_level) + y) << cluster_level) + x;
     };
     std::vector<std::uint32_t> cluster_of(std::size_t{1} << (3 * cluster_level), 0);
-    for (const MortonCode code : codes)
-        cluster_of[cell_of(code)] = kUnmarked;
+    for (const Voxel &voxel : all)
+        cluster_of[cell_of(voxel)] = kUnmarked;
     std::uint32_t clusters = 0;
     for (std::size_t cell = 0; cell < cluster_of.size(); ++cell)
         if (cluster_of[cell] == kUnmarked)
             mark_cluster(cell, ++clusters, cluster_level, cluster_of);
     std::vector<std::size_t> voxels(clusters + 1);
-    for (const MortonCode code : codes)
-        ++voxels[cluster_of[cell_of(code)]];
-    const auto is_speck = [&](std::uint32_t cluster) { return voxels[cluster] * kSpeckShare < codes.size(); };
+    for (const Voxel &voxel : all)
+        ++voxels[cluster_of[cell_of(voxel)]];
+    const auto is_speck = [&, count = all.size()](std::uint32_t cluster) {
+        return voxels[cluster] * kSpeckShare < count;
+    };
     std::size_t in_specks = 0;
     for (std::uint32_t cluster = 1; cluster <= clusters; ++cluster)
         in_specks += is_speck(cluster) ? voxels[cluster] : 0;
-    if (in_specks * kSpecksShare <= codes.size()) {
-        const std::size_t all = codes.size();
-        std::erase_if(codes, [&](MortonCode code) { return voxels[cluster_of[cell_of(code)]] * kSpeckShare < all; });
-    }
+    if (in_specks * kSpecksShare <= all.size())
+        std::erase_if(all, [&](const Voxel &voxel) { return is_speck(cluster_of[cell_of(voxel)]); });
 }
 
 // The corners, in voxel edges, that may be of the convex hull: those of voxels that are outermost, towards the corner,
-// of their rows along all three axes.
-std::vector<glm::dvec3> outer_corners(const std::vector<MortonCode> &codes, int level) {
+// of their rows along all three axes, moved outwards by their margins.
+std::vector<glm::dvec3> outer_corners(const std::vector<Voxel> &voxels, int level) {
     struct Row {
         std::uint32_t first = ~0U, last = 0;
     };
@@ -92,11 +110,11 @@ std::vector<glm::dvec3> outer_corners(const std::vector<MortonCode> &codes, int 
     std::array<std::vector<Row>, 3> rows; // [axis][place along the other two axes]
     rows.fill(std::vector<Row>(edge * edge));
     std::vector<std::array<std::uint32_t, 3>> places;
-    places.reserve(codes.size());
+    places.reserve(voxels.size());
     const auto row_of = [&](const std::array<std::uint32_t, 3> &place, std::size_t axis) -> Row & {
         return rows[axis][place[(axis + 1) % 3] * edge + place[(axis + 2) % 3]];
     };
-    for (const MortonCode code : codes) {
+    for (const auto &[code, margin] : voxels) {
         const auto &place = places.emplace_back(morton_decode(code));
         for (std::size_t axis = 0; axis < 3; ++axis) {
             Row &row = row_of(place, axis);
@@ -104,7 +122,9 @@ std::vector<glm::dvec3> outer_corners(const std::vector<MortonCode> &codes, int 
         }
     }
     std::vector<glm::dvec3> corners;
-    for (const auto &place : places) {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const auto &place = places[i];
+        const double margin = voxels[i].margin;
         unsigned first = 0, last = 0; // a bit per axis
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const Row &row = row_of(place, axis);
@@ -112,8 +132,11 @@ std::vector<glm::dvec3> outer_corners(const std::vector<MortonCode> &codes, int 
             last |= unsigned{place[axis] == row.last} << axis;
         }
         for (unsigned corner = 0; corner < 8; ++corner)
-            if ((corner & ~last) == 0 && (~corner & 7 & ~first) == 0)
-                corners.emplace_back(place[0] + (corner & 1), place[1] + (corner >> 1 & 1), place[2] + (corner >> 2));
+            if ((corner & ~last) == 0 && (~corner & 7 & ~first) == 0) {
+                const glm::dvec3 outwards(corner & 1, corner >> 1 & 1, corner >> 2);
+                corners.push_back(glm::dvec3(place[0], place[1], place[2]) + outwards +
+                                  margin * (2.0 * outwards - 1.0));
+            }
     }
     return corners;
 }
@@ -167,11 +190,16 @@ Sphere enclose(const std::vector<glm::dvec3> &corners) {
 
 } // namespace
 
-Extent find_extent(const Grid &grid, std::span<const ByteView> masks, int level) {
+Extent find_extent(const Grid &grid, const CoarseVoxels &coarse) {
+    const auto [masks, level, radii] = coarse;
     assert(level >= 0 && level <= kBoundsLevel);
-    std::vector<MortonCode> codes = occupied(masks, level);
-    remove_specks(codes, level);
-    Extent extent{.sphere = {}, .corners = outer_corners(codes, level)};
+    const std::vector<MortonCode> codes = occupied(masks, level);
+    std::vector<Voxel> voxels;
+    voxels.reserve(codes.size());
+    for (std::size_t i = 0; i < codes.size(); ++i)
+        voxels.push_back({codes[i], i < radii.size() ? margin_of(radii[i], level, level == grid.depth) : 0});
+    remove_specks(voxels, level);
+    Extent extent{.sphere = {}, .corners = outer_corners(voxels, level)};
     extent.sphere = enclose(extent.corners);
     const double edge = grid.voxel_size_at(level);
     const auto to_model = [&](const glm::dvec3 &p) {
@@ -183,11 +211,12 @@ Extent find_extent(const Grid &grid, std::span<const ByteView> masks, int level)
     return extent;
 }
 
-Extent find_extent(const Model &model) {
+Extent find_extent(const Grid &grid, std::span<const Level> levels) {
+    levels = levels.first(std::min(levels.size(), std::size_t{kBoundsLevel} + 1));
     std::vector<ByteView> masks;
-    for (std::size_t level = 0; level < model.levels.size() && level <= kBoundsLevel; ++level)
-        masks.emplace_back(model.levels[level].masks);
-    return find_extent(model.parameters.grid, masks, static_cast<int>(masks.size()) - 1);
+    for (const Level &level : levels)
+        masks.emplace_back(level.masks);
+    return find_extent(grid, {masks, static_cast<int>(levels.size()) - 1, levels.back().points.radii});
 }
 
 } // namespace pbm

@@ -25,17 +25,24 @@ inline constexpr int kClusterLevel = 4;
 inline constexpr std::size_t kSpeckShare = 64, kSpecksShare = 16;
 
 struct Extent {
-    // Around the occupied voxels of the level, specks left out, and so around what the model shows; at most 0.2 %
-    // larger than their smallest sphere. That is 1 to 2 % larger than the smallest sphere of the finest voxels where
-    // few stand out, 5 % for a ball that fills the cube.
+    // Around the occupied voxels of the level and discs that stand out of them, specks left out, and so around what the
+    // model shows; at most 0.2 % larger than their smallest sphere. That is 1 to 2 % larger than the smallest sphere of
+    // the finest voxels where few stand out, 5 % for a ball that fills the cube.
     Sphere sphere;
-    // Corners of those voxels, in model space: all corners of their convex hull are among them.
+    // Corners of those voxels, in model space, moved outwards where discs stand out: all corners of their convex hull
+    // are among them.
     std::vector<glm::dvec3> corners;
 };
 
-// masks[L] are the child masks of levels 1..level, 0 <= level <= kBoundsLevel. BVG.md 4
-Extent find_extent(const Grid &grid, std::span<const ByteView> masks, int level);
-// Uses the finest level present, at most kBoundsLevel.
-Extent find_extent(const Model &model);
+// What is read of a model to find its extent.
+struct CoarseVoxels {
+    std::span<const ByteView> masks; // [L]: the child masks of levels 1..level. BVG.md 4
+    int level = 0;                   // 0..kBoundsLevel
+    ByteView radii;                  // indices (BVG.md 6.2) of the level's points; empty: no disc stands out
+};
+Extent find_extent(const Grid &grid, const CoarseVoxels &voxels);
+// Of levels 0 and so on of a model: uses the finest one, at most kBoundsLevel.
+Extent find_extent(const Grid &grid, std::span<const Level> levels);
+inline Extent find_extent(const Model &model) { return find_extent(model.parameters.grid, model.levels); }
 
 } // namespace pbm

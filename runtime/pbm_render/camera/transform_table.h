@@ -32,6 +32,7 @@ struct Projection {
     double focal;      // pixels
     glm::dvec2 middle; // of the picture, pixels
     HalfSpaces clip;   // of the camera, model space
+    bool shows_backs;  // points that face away from the eye are drawn, too
 };
 
 struct TransformTable {

@@ -12,7 +12,14 @@ Grid unit_grid(const Grid &grid) {
             .up = grid.up};
 }
 
-Camera in_unit_grid(const Camera &camera, const Grid &grid) {
+bool shows_backs(const Camera &camera, const ModelParameters &parameters) {
+    if (camera.backs == Backs::automatic)
+        return !parameters.closed || !camera.clip.empty();
+    return camera.backs == Backs::show;
+}
+
+Camera in_unit_grid(const Camera &camera, const ModelParameters &parameters) {
+    const Grid &grid = parameters.grid;
     const glm::dvec3 origin(grid.origin[0], grid.origin[1], grid.origin[2]);
     Camera result = camera;
     result.position = (camera.position - origin) / grid.edge();
@@ -22,6 +29,7 @@ Camera in_unit_grid(const Camera &camera, const Grid &grid) {
     if (result.clip.box)
         result.clip.box = {(camera.clip.box->least - origin) / grid.edge(),
                            (camera.clip.box->most - origin) / grid.edge()};
+    result.backs = shows_backs(camera, parameters) ? Backs::show : Backs::hide;
     return telecentric(result, 1);
 }
 

@@ -7,7 +7,9 @@
 namespace pbm {
 
 Grid unit_grid(const Grid &grid);
-// The pinhole camera that sees the unit grid as `camera` sees `grid`.
-Camera in_unit_grid(const Camera &camera, const Grid &grid);
+// Whether pictures that the camera takes of the model show backs.
+bool shows_backs(const Camera &camera, const ModelParameters &parameters);
+// The pinhole camera that sees the unit grid as `camera` sees the model's grid. Its `backs` are not automatic.
+Camera in_unit_grid(const Camera &camera, const ModelParameters &parameters);
 
 } // namespace pbm

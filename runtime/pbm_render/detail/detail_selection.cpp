@@ -66,7 +66,7 @@ class Frustum {
     bool sees_backs(const NormalCone &cone, const Box &box) const {
         const glm::dvec3 to_centre = box.centre() - eye_;
         const double distance = glm::length(to_centre), radius = glm::length(box.half());
-        if (cone.cosine == kNoCone || distance <= radius || !projection_.clip.empty())
+        if (cone.cosine == kNoCone || distance <= radius || projection_.shows_backs)
             return false;
         const UnitVector &n = normal_table()[cone.axis];
         const double axis_cosine = glm::dot(glm::dvec3(n[0], n[1], n[2]), to_centre) / distance;
@@ -89,9 +89,9 @@ class Frustum {
 
 class Selector {
   public:
-    Selector(const Grid &grid, std::span<const LevelState> levels, const DetailView &view)
-        : frustum_(in_unit_grid(view.camera, grid), view.width, view.height), levels_(levels), depth_(grid.depth),
-          finest_(std::clamp(view.finest, 1, grid.depth)), max_error_(view.max_error) {}
+    Selector(const ModelParameters &parameters, std::span<const LevelState> levels, const DetailView &view)
+        : frustum_(in_unit_grid(view.camera, parameters), view.width, view.height), levels_(levels),
+          depth_(parameters.grid.depth), finest_(std::clamp(view.finest, 1, depth_)), max_error_(view.max_error) {}
 
     // Shows the place of a chunk. Returns false if its parent's points must show it. All points of the chunk lie in
     // `box`. `radius_above` bounds the radius indices of the parent. The recursion is as deep as the grid: at most 16.
@@ -198,14 +198,14 @@ void Selector::draw(const ResidentChunk &chunk, ChunkPlace place, std::uint32_t 
 
 } // namespace
 
-DetailSelection select_detail(const Grid &grid, std::uint8_t root_radius, std::span<const LevelState> levels,
-                              const DetailView &view) {
+DetailSelection select_detail(const ModelParameters &parameters, std::uint8_t root_radius,
+                              std::span<const LevelState> levels, const DetailView &view) {
     if (levels.size() < 2) {
         DetailSelection nothing;
         nothing.needs_directory = true;
         return nothing;
     }
-    Selector selector(grid, levels, view);
+    Selector selector(parameters, levels, view);
     selector.show({1, 0}, {.least = glm::dvec3(0), .most = glm::dvec3(1)}, root_radius);
     return selector.take();
 }

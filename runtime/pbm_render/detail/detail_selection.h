@@ -45,8 +45,8 @@ struct DetailSelection {
 
 // `levels` [0] is unused; the levels with known directories follow from level 1 on. `root_radius` is the radius index
 // of the model as one point. The selection leaves out chunks outside the view and chunks whose whole normal cone faces
-// away. Its time grows with the number of chunks whose parents are too coarse.
-DetailSelection select_detail(const Grid &grid, std::uint8_t root_radius, std::span<const LevelState> levels,
-                              const DetailView &view);
+// away, unless backs are shown. Its time grows with the number of chunks whose parents are too coarse.
+DetailSelection select_detail(const ModelParameters &parameters, std::uint8_t root_radius,
+                              std::span<const LevelState> levels, const DetailView &view);
 
 } // namespace pbm

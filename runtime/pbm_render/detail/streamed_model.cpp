@@ -74,14 +74,14 @@ Status StreamedModel::Parts::read_directory(int level) {
 FramePointer StreamedModel::Parts::frame_of(const DetailView &view, std::span<const MissingChunk> missing) const {
     if (std::none_of(missing.begin(), missing.end(), [](const MissingChunk &chunk) { return chunk.is_shown; }))
         return nullptr;
-    const Projection projection(in_unit_grid(view.camera, reader.parameters().grid), view.width, view.height);
+    const Projection projection(in_unit_grid(view.camera, reader.parameters()), view.width, view.height);
     return std::make_shared<const FrameGeometry>(projection, view.width, view.height);
 }
 
 DetailSelection StreamedModel::Parts::select(const DetailView &view) const {
     DetailView possible = view;
     possible.finest = std::min(view.finest, finest);
-    return select_detail(reader.parameters().grid, reader.header().root.value({StreamKind::radius}), cache.levels(),
+    return select_detail(reader.parameters(), reader.header().root.value({StreamKind::radius}), cache.levels(),
                          possible);
 }
 
@@ -115,14 +115,18 @@ Result<Extent> StreamedModel::bounds() try {
 
     const std::lock_guard lock(parts_->mutex);
     std::vector<Bytes> masks(static_cast<std::size_t>(level) + 1);
+    Bytes radii;
     for (const MissingChunk &chunk : all) {
         const ResidentPointer &resident = parts_->cache.chunk(chunk.place);
         if (resident == nullptr)
             return Error{ErrorCode::bad_content, 0, "a coarse level is damaged"};
         Bytes &of_level = masks[static_cast<std::size_t>(chunk.place.level)];
         of_level.insert(of_level.end(), resident->view.masks.begin(), resident->view.masks.end());
+        if (chunk.place.level == level)
+            radii.insert(radii.end(), resident->view.radii.begin(), resident->view.radii.end());
     }
-    return find_extent(parts_->reader.parameters().grid, std::vector<ByteView>(masks.begin(), masks.end()), level);
+    const std::vector<ByteView> views(masks.begin(), masks.end());
+    return find_extent(parts_->reader.parameters().grid, {views, level, radii});
 } catch (const std::bad_alloc &) {
     return out_of_memory();
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <utility>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "pbm_render/fast/brick_splatter.cpp"
@@ -171,19 +172,51 @@ HWY_INLINE void project_blocks(const StripRun &at, const FacingPoints &points, s
                                   blocks.depths[y].data() + 4 * first);
 }
 
-// Draws all points as blocks. All blocks are computed before the first is drawn, so that latencies overlap.
-template <bool kPlaced, int kEdge>
+// Whether a pixel of block number `i` is nearer than what is drawn there.
+template <int kEdge>
+HWY_INLINE bool is_visible(const Blocks<kEdge> &blocks, std::size_t i, std::uint32_t id, const double *upper,
+                           std::ptrdiff_t stride) {
+#if HWY_TARGET == HWY_SCALAR
+    (void)blocks, (void)i, (void)id, (void)upper, (void)stride;
+    return true;
+#else
+    const hn::FixedTag<float, 4> d32;
+    const hn::FixedTag<double, 2> d64;
+    const hn::FixedTag<std::uint32_t, 4> du32;
+    const auto ids = hn::Set(du32, id);
+    auto nearer = hn::FirstN(d64, 0);
+    for (std::size_t part = 0; part < blocks.depths.size(); ++part) {
+        const auto z = hn::BitCast(du32, hn::Load(d32, blocks.depths[part].data() + 4 * i));
+        const auto first = hn::BitCast(d64, hn::InterleaveLower(du32, ids, z)),
+                   second = hn::BitCast(d64, hn::InterleaveUpper(du32, ids, z));
+        // Of a row of three pixels, the fourth number is the third: it is compared with the pixel beside it, too.
+        const double *const after = kEdge == 2 ? upper + stride : upper + 2;
+        nearer = hn::Or(nearer, hn::Or(hn::Lt(first, hn::LoadU(d64, upper)), hn::Lt(second, hn::LoadU(d64, after))));
+        upper += stride;
+    }
+    return !hn::AllFalse(d64, nearer);
+#endif
+}
+
+// Draws all points as blocks. All blocks are computed before the first is drawn, so that latencies overlap. Most backs
+// are hidden: to see that costs less than to draw them.
+template <bool kPlaced, bool kBacks, int kEdge>
 HWY_INLINE void draw_blocks(const StripRun &at, Blocks<kEdge> &blocks, FacingPoints &points, DepthStrip &strip) {
     for (std::size_t i = 0; i < points.count; i += hn::Lanes(Floats()))
         project_blocks<kEdge, kPlaced>(at, points, i, blocks);
-    for (std::size_t i = 0; i < points.count; ++i)
-        draw_block(blocks, i, static_cast<std::uint32_t>(points.id[i]), strip.pixels.data() + blocks.offset[i],
-                   strip.stride);
+    for (std::size_t i = 0; i < points.count; ++i) {
+        const auto id = static_cast<std::uint32_t>(points.id[i]);
+        double *const upper = strip.pixels.data() + blocks.offset[i];
+        if (!kBacks || is_visible(blocks, i, id, upper, strip.stride))
+            draw_block(blocks, i, id, upper, strip.stride);
+    }
     points.count = 0;
 }
 
 // Draws all points as ellipses, whatever their size.
 template <bool kPlaced> HWY_INLINE void draw_ellipses(const StripRun &at, FacingPoints &points, DepthStrip &strip) {
+    draw_near(points.near, at.frame, strip);
+    points.near.clear();
     Ellipses ellipses;
     ellipses.cone = kPlacedCone * at.run.voxel;
     const std::size_t lanes = hn::Lanes(Floats());
@@ -215,52 +248,98 @@ HWY_INLINE bool is_hidden(const SeenBrick &it, const DepthStrip &strip) {
     return true;
 }
 
-// Draws bricks of one run.
-template <bool kPlaced>
-HWY_INLINE std::uint64_t draw_all(const StripRun &at, std::span<const SeenBrick> seen,
-                                  std::span<const StripBricks::Brick> bricks, std::uint32_t first_id,
-                                  DepthStrip &strip) {
+// Memory for points that wait until there are many to draw at once.
+struct SplatScratch {
     Blocks<2> small_blocks;
     Blocks<3> blocks;
     FacingPoints small, middling, large;
+};
+
+// Draws points of bricks of one kind, see SeenBrick::block.
+template <bool kPlaced, bool kBacks>
+HWY_INLINE void draw_points(const StripRun &at, int block, SplatScratch &scratch, FacingPoints &points,
+                            DepthStrip &strip) {
+    if (block == 0)
+        draw_ellipses<kPlaced>(at, points, strip);
+    else if (block == 2)
+        draw_blocks<kPlaced, kBacks>(at, scratch.small_blocks, points, strip);
+    else
+        draw_blocks<kPlaced, kBacks>(at, scratch.blocks, points, strip);
+}
+
+// Draws the backs that wait.
+void draw_waiting(const FrameGeometry &frame, SplatScratch &scratch, WaitingBacks &waiting, DepthStrip &strip) {
+    for (const std::unique_ptr<WaitingBacks::Group> &group : waiting.groups()) {
+        const StripRun at{frame, *group->run, strip};
+        if (group->run->run->offsets != nullptr)
+            draw_points<true, true>(at, group->block, scratch, group->points, strip);
+        else
+            draw_points<false, true>(at, group->block, scratch, group->points, strip);
+    }
+    waiting.clear();
+}
+
+template <int kBlock, bool kPlaced>
+HWY_INLINE std::size_t add_brick_of_kind(const StripRun &at, const SeenBrick &it, std::uint32_t first_id,
+                                         const BothSides &to) {
+    return it.has_backs ? add_brick_with_backs<kBlock, kPlaced>(at, it, first_id, to)
+                        : add_brick<kBlock, kPlaced, false>(at, it, first_id, to);
+}
+
+// Draws bricks of one run, all of backs or none. Their backs wait.
+template <bool kPlaced>
+HWY_INLINE std::uint64_t draw_all(const StripRun &at, std::span<const SeenBrick> seen,
+                                  std::span<const StripBricks::Brick> bricks, std::uint32_t first_id,
+                                  SplatScratch &scratch, DepthStrip &strip, BackScratch &backs) {
+    const bool only_backs = bricks.front().only_backs;
     std::uint64_t drawn = 0;
     for (const StripBricks::Brick &brick : bricks) {
         const SeenBrick &it = seen[brick.seen];
-        if (is_hidden(it, strip))
+        if ((only_backs && backs.farthest.hide(it)) || is_hidden(it, strip))
             continue;
-        if (it.block == 0) {
-            drawn += add_brick<0, kPlaced>(at, it, first_id, large);
-            if (large.count >= kWaiting)
-                draw_ellipses<kPlaced>(at, large, strip);
-        } else if (it.block == 2) {
-            drawn += add_brick<2, kPlaced>(at, it, first_id, small);
-            if (small.count >= kWaiting)
-                draw_blocks<kPlaced>(at, small_blocks, small, strip);
-        } else {
-            drawn += add_brick<3, kPlaced>(at, it, first_id, middling);
-            if (middling.count >= kWaiting)
-                draw_blocks<kPlaced>(at, blocks, middling, strip);
-        }
+        FacingPoints *const waiting = it.has_backs ? &backs.waiting.group_of(at.run, it.block).points : nullptr;
+        FacingPoints &fronts = it.block == 0 ? scratch.large : it.block == 2 ? scratch.small : scratch.middling;
+        const BothSides to{only_backs ? nullptr : &fronts, waiting};
+        if (it.block == 0)
+            drawn += add_brick_of_kind<0, kPlaced>(at, it, first_id, to);
+        else if (it.block == 2)
+            drawn += add_brick_of_kind<2, kPlaced>(at, it, first_id, to);
+        else
+            drawn += add_brick_of_kind<3, kPlaced>(at, it, first_id, to);
+        if (fronts.count >= kWaiting)
+            draw_points<kPlaced, false>(at, it.block, scratch, fronts, strip);
+        if (only_backs && waiting->count >= kWaiting)
+            draw_waiting(at.frame, scratch, backs.waiting, strip);
     }
-    draw_ellipses<kPlaced>(at, large, strip);
-    draw_blocks<kPlaced>(at, small_blocks, small, strip);
-    draw_blocks<kPlaced>(at, blocks, middling, strip);
+    draw_points<kPlaced, false>(at, 0, scratch, scratch.large, strip);
+    draw_points<kPlaced, false>(at, 2, scratch, scratch.small, strip);
+    draw_points<kPlaced, false>(at, 3, scratch, scratch.middling, strip);
     return drawn;
 }
 
-std::uint64_t draw_bricks(const FrameGeometry &frame, const StripBricks &list, DepthStrip &strip) {
+std::uint64_t draw_bricks(const FrameGeometry &frame, const StripBricks &list, DepthStrip &strip, BackScratch &backs) {
+    SplatScratch scratch;
     std::uint64_t drawn = 0;
+    bool fronts_are_drawn = false;
+    backs.waiting.clear();
     for (std::span<const StripBricks::Brick> left = list.bricks(); !left.empty();) {
-        const std::uint32_t number = left.front().run;
-        const auto other =
-            std::find_if(left.begin(), left.end(), [&](const auto &brick) { return brick.run != number; });
+        const auto [number, seen, only_backs] = left.front();
+        if (only_backs && !std::exchange(fronts_are_drawn, true)) {
+            backs.farthest.begin(strip);
+            draw_waiting(frame, scratch, backs.waiting, strip);
+        }
+        const auto other = std::find_if(left.begin(), left.end(), [&](const auto &brick) {
+            return brick.run != number || brick.only_backs != only_backs;
+        });
         const auto of_run = left.first(static_cast<std::size_t>(other - left.begin()));
         left = left.subspan(of_run.size());
         const StripBricks::Run &run = list.run(number);
         const StripRun at{frame, *run.geometry, strip};
-        drawn += run.geometry->run->offsets != nullptr ? draw_all<true>(at, run.seen, of_run, run.first_id, strip)
-                                                       : draw_all<false>(at, run.seen, of_run, run.first_id, strip);
+        drawn += run.geometry->run->offsets != nullptr
+                     ? draw_all<true>(at, run.seen, of_run, run.first_id, scratch, strip, backs)
+                     : draw_all<false>(at, run.seen, of_run, run.first_id, scratch, strip, backs);
     }
+    draw_waiting(frame, scratch, backs.waiting, strip);
     return drawn;
 }
 
@@ -272,8 +351,9 @@ namespace pbm {
 
 HWY_EXPORT(draw_bricks);
 
-std::uint64_t draw_bricks(const FrameGeometry &frame, const StripBricks &bricks, DepthStrip &strip) {
-    return HWY_DYNAMIC_DISPATCH(draw_bricks)(frame, bricks, strip);
+std::uint64_t draw_bricks(const FrameGeometry &frame, const StripBricks &bricks, DepthStrip &strip,
+                          BackScratch &backs) {
+    return HWY_DYNAMIC_DISPATCH(draw_bricks)(frame, bricks, strip, backs);
 }
 
 } // namespace pbm

@@ -2,12 +2,12 @@
 
 #include "pbm_render/bricks/drawn_runs.h"
 #include "pbm_render/camera/unit_grid.h"
-#include "pbm_render/fast/brick_bounds.h"
 #include "pbm_render/fast/brick_splatter.h"
 #include "pbm_render/fast/point_reader.h"
 #include "pbm_render/fast/strip_pixels.h"
 #include "pbm_render/shading/point_shader.h"
 #include "pbm_render/shading/surface_shader.h"
+#include "pbm_render/splats/brick_bounds.h"
 #include "system/threads/parallel.h"
 #include "system/threads/thread_pool.h"
 
@@ -38,6 +38,7 @@ int strip_rows(const Framebuffer &target, int threads) {
 struct Workplace {
     DepthStrip strip;
     StripBricks bricks;
+    BackScratch backs;
 };
 
 // Which strips of a frame are done, drawn or given up.
@@ -120,7 +121,7 @@ void FastRenderer::set_appearance(Appearance appearance) {
 RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Camera &camera,
                                       const RenderOptions &options, Framebuffer &target, const RowTasks &tasks) {
     Frame &frame = *frame_;
-    const Projection projection(in_unit_grid(camera, frame.parameters.grid), target.width, target.height);
+    const Projection projection(in_unit_grid(camera, frame.parameters), target.width, target.height);
     const FrameGeometry geometry(projection, target.width, target.height);
     frame.runs.set(runs);
     frame.runs.begin_view(geometry);
@@ -168,7 +169,7 @@ std::uint64_t FastRenderer::Frame::draw(int top, int rows, const FrameView &view
     DepthStrip &strip = workplace.strip;
     strip.begin(view.target.width, top, std::min(top + rows, view.target.height));
     workplace.bricks.collect(runs, strip.top, strip.bottom);
-    const std::uint64_t drawn = draw_bricks(view.geometry, workplace.bricks, strip);
+    const std::uint64_t drawn = draw_bricks(view.geometry, workplace.bricks, strip, workplace.backs);
     resolve(strip, view);
     return drawn;
 }

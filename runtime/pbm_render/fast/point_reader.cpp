@@ -28,7 +28,7 @@ void PointReader::begin(const ModelParameters &parameters, const Appearance &app
 void PointReader::locate(const CoveredPixels &pixels, std::size_t first, std::size_t shadowed, Batch &to) const {
     to.first = first;
     to.count = std::min(Batch::kPoints, pixels.count - first);
-    const std::int32_t *const ids = pixels.id.data() + first;
+    const std::int32_t *const ids = to.ids = pixels.id.data() + first;
     const PointIds split = ids_;
     const std::size_t colour_bytes = colour_bytes_;
     const Streams *const streams = streams_.data();
@@ -63,9 +63,12 @@ void PointReader::read(const CoveredPixels &pixels, int y, const ShadedFrame &fr
 void PointReader::read_batch(const Batch &batch, const ShadedFrame &frame, PointRow &row) const {
     const NormalSums &sums = normal_sums();
     std::uint32_t *const normals = row.normal.data() + batch.first;
-    const std::uint16_t shown = frame.geometry.shows_backs ? kTwoSidedBit : std::uint16_t{0};
-    for (std::size_t i = 0; i < batch.count; ++i)
-        normals[i] = normal_code(static_cast<std::uint16_t>(batch.from[i]->normals[batch.point[i]] | shown), sums);
+    if (frame.geometry.shows_backs)
+        for (std::size_t i = 0; i < batch.count; ++i)
+            normals[i] = normal_code(batch.normal(i), sums);
+    else
+        for (std::size_t i = 0; i < batch.count; ++i)
+            normals[i] = normal_code(batch.from[i]->normals[batch.point[i]], sums);
     read_colours(batch, frame, row.colour.data() + batch.first);
     const auto phong_of = [&](std::size_t i) {
         const Material &of = frame.appearance.materials[material(*batch.from[i], batch.point[i])];
@@ -119,11 +122,11 @@ void PointReader::read_by_normal(const Batch &batch, const CoveredPixels &pixels
     const float ray_y = (static_cast<float>(y) + 0.5F - geometry.middle_y) * geometry.inverse_focal;
     for (std::size_t i = 0; i < batch.count; ++i) {
         const std::size_t at = batch.first + i, of = material(*batch.from[i], batch.point[i]);
-        const std::uint16_t stored = batch.from[i]->normals[batch.point[i]];
+        const std::uint16_t stored = batch.normal(i);
         std::size_t normal = stored & kNormalIndexMask;
         const EyeNormal &n = geometry.normals[normal];
         const float ray_x = (static_cast<float>(pixels.x[at]) + 0.5F - geometry.middle_x) * geometry.inverse_focal;
-        if ((geometry.shows_backs || (stored & kTwoSidedBit) != 0) && n.x * ray_x + n.y * ray_y + n.z > 0)
+        if ((stored & kTwoSidedBit) != 0 && n.x * ray_x + n.y * ray_y + n.z > 0)
             normal ^= kOppositeNormal;
         if (frame.shader.has_shaded_normals()) {
             row.colour[at] = frame.shader.shaded(of, normal);

@@ -48,6 +48,13 @@ class PointReader {
         std::size_t first = 0, count = 0; // in the row
         std::array<const Streams *, kPoints> from;
         std::array<std::uint32_t, kPoints> point; // of the chunk
+        const std::int32_t *ids;
+
+        // That of the side which is seen.
+        std::uint16_t normal(std::size_t i) const {
+            const std::size_t turn = PointIds::is_back(static_cast<std::uint32_t>(ids[i])) ? kOppositeNormal : 0;
+            return static_cast<std::uint16_t>(from[i]->normals[point[i]] ^ turn);
+        }
     };
 
     void locate(const CoveredPixels &pixels, std::size_t first, std::size_t shadowed, Batch &to) const;

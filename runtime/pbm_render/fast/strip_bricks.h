@@ -1,4 +1,5 @@
-// The bricks that touch a strip of the picture, roughly from front to back: those that come late are often hidden.
+// The bricks that touch a strip of the picture, roughly from front to back: those that come late are often hidden. The
+// bricks of backs come last, since backs of closed surfaces always are.
 #pragma once
 
 #include "pbm_render/bricks/drawn_runs.h"
@@ -18,12 +19,14 @@ class StripBricks {
     };
     struct Brick {
         std::uint32_t run, seen; // indices of the run and of the brick in Run::seen
+        bool only_backs;         // all its points face away
     };
 
     // Lists the bricks of `drawn` that touch rows top .. bottom - 1. `drawn` must outlive the use of the list.
     void collect(const DrawnRuns &drawn, int top, int bottom);
 
-    // In a few classes of depth, the nearest first; within each class in the order of the runs and of their bricks.
+    // In a few classes of depth, the nearest first, and then those of backs likewise; within each class in the order of
+    // the runs and of their bricks.
     std::span<const Brick> bricks() const { return bricks_; }
     const Run &run(std::uint32_t index) const { return runs_[index]; }
 

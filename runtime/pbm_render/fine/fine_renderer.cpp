@@ -37,7 +37,8 @@ struct Workplace {
     explicit Workplace(int width) : row(width) {}
 
     DepthStrip visible;
-    StripPoints points;
+    FarthestDepths farthest; // of the fronts
+    StripPoints fronts{false}, backs{true};
     SurfaceBuffer surface;
     SurfaceRow row;
     SurroundingsRow around;
@@ -54,7 +55,7 @@ struct Picture {
     Picture(const ModelParameters &parameters, const Appearance &look, const Surroundings *surroundings,
             const Camera &camera, const RenderOptions &asked, const Framebuffer &target)
         : width(target.width), height(target.height), with_depths(!target.depth.empty()), options(asked),
-          appearance(look), projection(in_unit_grid(camera, parameters.grid), target.width, target.height),
+          appearance(look), projection(in_unit_grid(camera, parameters), target.width, target.height),
           points(parameters, appearance, options), around(surroundings, appearance, projection, options),
           lights(see_lights(appearance.lights, parameters.grid.edge(), projection)) {}
 
@@ -78,6 +79,7 @@ struct FineRenderer::Frame {
         : parameters(p), surroundings(std::move(around)), appearance(p), runs(chunk_points), pool(std::move(threads)) {}
 
     std::uint64_t draw(int top, int rows, const Sample &sample, Workplace &at);
+    void blend(const FrameGeometry &geometry, Workplace &at) const;
     void collect_row(int y, const Sample &sample, Workplace &at) const;
     void read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel, SurfacePoint &to) const;
     void mirror(const Sample &sample, float screen_y, SurfaceRow &row) const;
@@ -178,14 +180,24 @@ void FineRenderer::resolve(Framebuffer &target) {
 // Adds a sample to `rows` rows from row `top` on. Returns the number of points drawn.
 std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample, Workplace &at) {
     at.visible.begin(picture->width, top, std::min(top + rows, picture->height));
-    at.points.clear();
+    const FrameGeometry &geometry = sample.geometry;
+    at.fronts.clear();
+    at.backs.clear();
     std::uint64_t drawn = 0;
     runs.for_each_in_rows(top, at.visible.bottom,
                           [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
-                              drawn += draw_visible(sample.geometry, run, seen, first_id, at.visible, at.points);
+                              drawn += draw_fronts(geometry, run, seen, first_id, at.visible, at.fronts, at.backs);
                           });
+    if (geometry.shows_backs) {
+        at.farthest.begin(at.visible);
+        runs.for_each_in_rows(top, at.visible.bottom,
+                              [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
+                                  drawn += add_backs(geometry, run, seen, first_id, at.visible, at.farthest, at.backs);
+                              });
+        draw_backs(geometry, at.backs, at.visible);
+    }
     at.surface.begin(at.visible, picture->points.groups());
-    blend_points(sample.geometry, at.visible, at.points, picture->points, at.surface);
+    blend(geometry, at);
     const EyeRays rays{sample.geometry.middle_x, sample.geometry.middle_y, sample.geometry.inverse_focal};
     for (int y = at.visible.top; y < at.visible.bottom; ++y) {
         collect_row(y, sample, at);
@@ -198,6 +210,22 @@ std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample,
     return drawn;
 }
 
+// Blends fronts where fronts are visible, and backs where backs are.
+void FineRenderer::Frame::blend(const FrameGeometry &geometry, Workplace &at) const {
+    bool has_backs = false;
+    if (!at.backs.blocks().empty())
+        at.surface.show(at.visible, [&](std::uint32_t id) {
+            has_backs |= PointIds::is_back(id) && id != DepthStrip::kNoId;
+            return !PointIds::is_back(id);
+        });
+    blend_points(geometry, at.visible, at.fronts, picture->points, at.surface);
+    if (!has_backs)
+        return;
+    at.surface.show(at.visible, PointIds::is_back);
+    blend_points(geometry, at.visible, at.backs, picture->points, at.surface);
+    at.surface.show(at.visible, [](std::uint32_t) { return true; });
+}
+
 // Reads the visible point of a pixel that has no usable sums.
 void FineRenderer::Frame::read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel,
                                              SurfacePoint &to) const {
@@ -208,7 +236,8 @@ void FineRenderer::Frame::read_visible_point(std::uint32_t id, const Sample &sam
     const EyeNormal &n = geometry.normals[stored & kNormalIndexMask];
     const float facing = n.x * (pixel.x - geometry.middle_x) * geometry.inverse_focal +
                          n.y * (pixel.y - geometry.middle_y) * geometry.inverse_focal + n.z;
-    const float sign = (geometry.shows_backs || (stored & kTwoSidedBit) != 0) && facing > 0 ? -1.0F : 1.0F;
+    const bool turn = PointIds::is_back(id) || ((stored & kTwoSidedBit) != 0 && facing > 0);
+    const float sign = turn ? -1.0F : 1.0F;
     to.channels[channel::kNormal] = sign * n.x;
     to.channels[channel::kNormal + 1] = sign * n.y;
     to.channels[channel::kNormal + 2] = sign * n.z;

@@ -1,5 +1,7 @@
 #include "pbm_render/fine/splat_blender.h"
 
+#include "pbm_render/splats/brick_bounds.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -119,13 +121,15 @@ HWY_INLINE void read_point(const Blending &blending, std::size_t i, SurfacePoint
     const EyeNormal &n = frame.normals[static_cast<std::size_t>(facing.normal_index[i]) & kNormalIndexMask];
     const float ray_x = (facing.x[i] - frame.middle_x) * frame.inverse_focal,
                 ray_y = (facing.y[i] - frame.middle_y) * frame.inverse_focal;
-    const bool turn = (facing.normal[i] & kPackedTwoSided) != 0 && n.x * ray_x + n.y * ray_y + n.z > 0;
+    const bool turn =
+        facing.are_backs || ((facing.normal[i] & kPackedTwoSided) != 0 && n.x * ray_x + n.y * ray_y + n.z > 0);
     const float sign = turn ? -1.0F : 1.0F;
     to.channels[channel::kNormal] = sign * n.x;
     to.channels[channel::kNormal + 1] = sign * n.y;
     to.channels[channel::kNormal + 2] = sign * n.z;
     to.channels[channel::kWeight] = 1;
-    const std::uint32_t point = static_cast<std::uint32_t>(facing.id[i]) - blending.block.first_id;
+    const std::uint32_t point =
+        (static_cast<std::uint32_t>(facing.id[i]) & ~PointIds::kBackBit) - blending.block.first_id;
     blending.looks.read(*blending.at.run.run, point, to);
 }
 
@@ -283,7 +287,42 @@ template <std::size_t kGroups> HWY_INLINE void blend_block(const Blending &blend
     }
 }
 
+// Whether a pixel of the ellipse in `lane` may be nearer than what is drawn there.
+HWY_INLINE bool may_be_visible(const Ellipses &e, std::size_t lane, const DepthStrip &strip) {
+    const auto across = static_cast<float>(e.right[lane] - e.left[lane]),
+               down = static_cast<float>(e.bottom[lane] - e.top[lane]);
+    const float nearest = e.depth[lane] - std::abs(e.slope_x[lane]) * across - std::abs(e.slope_y[lane]) * down;
+    const double limit = DepthStrip::pixel(std::max(nearest, 0.0F), 0);
+    for (std::int32_t row = e.top[lane]; row < e.bottom[lane]; ++row) {
+        const double *const pixels = strip.pixels.data() + strip.offset(0, row);
+        for (std::int32_t column = e.left[lane]; column < e.right[lane]; ++column)
+            if (pixels[column] >= limit)
+                return true;
+    }
+    return false;
+}
+
+// Draws those points that may be visible, and forgets the others: most backs are hidden.
+HWY_INLINE void draw_visible_backs(const StripRun &at, FacingPoints &facing, DepthStrip &strip) {
+    draw_near(facing.near, at.frame, strip);
+    Ellipses ellipses;
+    ellipses.cone = kPlacedCone * at.run.voxel;
+    const std::size_t lanes = hn::Lanes(Floats());
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < facing.count; i += lanes) {
+        project_ellipses<true>(at, facing, i, ellipses); // lanes behind the last point are empty
+        for (std::size_t lane = 0; lane < lanes; ++lane) {
+            if (!may_be_visible(ellipses, lane, strip))
+                continue;
+            facing.move(i + lane, kept);
+            draw_ellipse<true>(ellipses, lane, static_cast<std::uint32_t>(facing.id[kept++]), strip);
+        }
+    }
+    facing.count = kept;
+}
+
 HWY_INLINE void draw_points(const StripRun &at, const FacingPoints &facing, DepthStrip &strip) {
+    draw_near(facing.near, at.frame, strip);
     SplatGroup group;
     group.ellipses.cone = kPlacedCone * at.run.voxel;
     SmallPixels pixels;
@@ -312,25 +351,53 @@ HWY_INLINE void draw_points(const StripRun &at, const FacingPoints &facing, Dept
     }
 }
 
-std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
-                           std::uint32_t first_id, DepthStrip &strip, StripPoints &points) {
-    const StripRun at{frame, run, strip};
-    FacingPoints *facing = nullptr;
-    std::uint64_t drawn = 0;
-    for (const SeenBrick &it : seen) {
-        if (it.top >= strip.bottom || it.bottom <= strip.top)
-            continue;
-        if (facing == nullptr)
-            facing = &points.add(run, first_id).points;
-        drawn += add_brick<0, true>(at, it, first_id, *facing, kSoftSplats);
-        if (facing->count >= kWaiting) {
-            draw_points(at, *facing, strip);
-            facing = nullptr;
-        }
+// The block to which a brick's points are appended; null: a new one.
+struct OpenBlock {
+    StripPoints &of;
+    FacingPoints *points = nullptr;
+
+    FacingPoints *open(const RunGeometry &run, std::uint32_t first_id) {
+        if (points == nullptr || points->count >= kWaiting)
+            points = &of.add(run, first_id).points;
+        return points;
     }
-    if (facing != nullptr)
-        draw_points(at, *facing, strip);
-    return drawn;
+};
+
+bool touches(const SeenBrick &it, const DepthStrip &strip) { return it.top < strip.bottom && it.bottom > strip.top; }
+
+std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
+                          std::uint32_t first_id, DepthStrip &strip, StripPoints &fronts, StripPoints &backs) {
+    const StripRun at{frame, run, strip};
+    OpenBlock front{fronts}, back{backs};
+    std::uint64_t added = 0;
+    for (const SeenBrick &it : seen) {
+        if (!touches(it, strip) || !it.has_fronts)
+            continue;
+        const BothSides to{front.open(run, first_id), it.has_backs ? back.open(run, first_id) : nullptr};
+        added += it.has_backs ? add_brick_with_backs<0, true>(at, it, first_id, to, kSoftSplats)
+                              : add_brick<0, true, false>(at, it, first_id, to, kSoftSplats);
+        if (to.fronts->count >= kWaiting)
+            draw_points(at, *to.fronts, strip);
+    }
+    if (front.points != nullptr && front.points->count < kWaiting)
+        draw_points(at, *front.points, strip);
+    return added;
+}
+
+std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
+                        std::uint32_t first_id, const DepthStrip &strip, FarthestDepths &farthest, StripPoints &backs) {
+    const StripRun at{frame, run, strip};
+    OpenBlock back{backs};
+    std::uint64_t added = 0;
+    for (const SeenBrick &it : seen)
+        if (touches(it, strip) && !it.has_fronts && !farthest.hide(it))
+            added += add_brick_with_backs<0, true>(at, it, first_id, {nullptr, back.open(run, first_id)}, kSoftSplats);
+    return added;
+}
+
+void draw_backs(const FrameGeometry &frame, StripPoints &backs, DepthStrip &strip) {
+    for (const std::unique_ptr<StripPoints::Block> &block : backs.blocks())
+        draw_visible_backs(StripRun{frame, *block->run, strip}, block->points, strip);
 }
 
 void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,
@@ -353,12 +420,23 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace pbm {
 
-HWY_EXPORT(draw_visible);
+HWY_EXPORT(draw_fronts);
+HWY_EXPORT(add_backs);
+HWY_EXPORT(draw_backs);
 HWY_EXPORT(blend_points);
 
-std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
-                           std::uint32_t first_id, DepthStrip &strip, StripPoints &points) {
-    return HWY_DYNAMIC_DISPATCH(draw_visible)(frame, run, seen, first_id, strip, points);
+std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
+                          std::uint32_t first_id, DepthStrip &strip, StripPoints &fronts, StripPoints &backs) {
+    return HWY_DYNAMIC_DISPATCH(draw_fronts)(frame, run, seen, first_id, strip, fronts, backs);
+}
+
+std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
+                        std::uint32_t first_id, const DepthStrip &strip, FarthestDepths &farthest, StripPoints &backs) {
+    return HWY_DYNAMIC_DISPATCH(add_backs)(frame, run, seen, first_id, strip, farthest, backs);
+}
+
+void draw_backs(const FrameGeometry &frame, StripPoints &backs, DepthStrip &strip) {
+    HWY_DYNAMIC_DISPATCH(draw_backs)(frame, backs, strip);
 }
 
 void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,
@@ -367,16 +445,23 @@ void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const Str
 }
 
 void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<SeenBrick> seen) {
-    const auto height = static_cast<float>(frame.height);
-    const float stretch = 1 + frame.middle_y * frame.inverse_focal; // at the upper and lower borders
+    for (SeenBrick &it : seen)
+        it.block = 0;
+    bound_bricks(frame, run, seen);
+    const auto height = static_cast<float>(frame.height), width = static_cast<float>(frame.width);
+    const float stretch_x = 1 + frame.middle_x * frame.inverse_focal, // at the borders of the picture
+        stretch_y = 1 + frame.middle_y * frame.inverse_focal;
     for (SeenBrick &it : seen) {
         const float radius = frame.radii[run.run->chunk->bricks[it.brick].largest_radius];
         const float nearest = it.w - kBrickReach * run.voxel - radius;
-        it.block = 0;
         const float extra =
-            nearest > 0 ? (kKernelRadius * radius * frame.focal / nearest + kLowPass) * stretch : height;
-        it.top = static_cast<std::int32_t>(std::max(static_cast<float>(it.top) - extra, 0.0F));
-        it.bottom = static_cast<std::int32_t>(std::min(static_cast<float>(it.bottom) + extra + 1, height));
+            nearest > 0 ? kKernelRadius * radius * frame.focal / nearest + kLowPass : std::max(width, height);
+        const auto widen = [&](std::int32_t &first, std::int32_t &end, float stretch, float size) {
+            first = static_cast<std::int32_t>(std::max(static_cast<float>(first) - extra * stretch, 0.0F));
+            end = static_cast<std::int32_t>(std::min(static_cast<float>(end) + extra * stretch + 1, size));
+        };
+        widen(it.left, it.right, stretch_x, width);
+        widen(it.top, it.bottom, stretch_y, height);
     }
 }
 

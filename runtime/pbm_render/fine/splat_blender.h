@@ -8,6 +8,7 @@
 #include "pbm_render/fine/surface_buffer.h"
 #include "pbm_render/fine/surface_points.h"
 #include "pbm_render/splats/depth_strip.h"
+#include "pbm_render/splats/farthest_depths.h"
 
 #include <span>
 
@@ -26,13 +27,22 @@ inline constexpr float kBandCosine = 0.25F;
 
 // All functions below expect runs with surface offsets.
 
-// Draws those of the run's `seen` bricks that touch the strip's rows, every point as an ellipse. The rows of bricks
-// must include those of soft splats, see widen_bricks. The id of point i of the chunk is `first_id` + i. Appends the
-// points that face the eye to `points`. Returns the number of points drawn; only one strip counts a point.
-std::uint64_t draw_visible(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
-                           std::uint32_t first_id, DepthStrip &strip, StripPoints &points);
+// Draws the fronts of those of the run's `seen` bricks that touch the strip's rows, every point as an ellipse. The
+// bounds of bricks must include those of soft splats, see widen_bricks. The id of point i of the chunk is `first_id` +
+// i. Appends the points that face the eye to `fronts`, those of the same bricks that face away to `backs`. Returns the
+// number of points; only one strip counts a point.
+std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
+                          std::uint32_t first_id, DepthStrip &strip, StripPoints &fronts, StripPoints &backs);
 
-// Adds the points that draw_visible collected to `surface`, which has the strip's depths. Accesses stay in bounds if
+// Appends the points of those bricks that have no fronts to `backs`, but for bricks that `farthest` hides. It is of the
+// strip once all fronts are drawn. Returns the number of points likewise.
+std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
+                        std::uint32_t first_id, const DepthStrip &strip, FarthestDepths &farthest, StripPoints &backs);
+
+// Draws the backs that may be visible as ellipses, and removes the others.
+void draw_backs(const FrameGeometry &frame, StripPoints &backs, DepthStrip &strip);
+
+// Adds points to `surface`, which has the strip's depths. Accesses stay in bounds if
 // mapped bytes change.
 void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,
                   const SurfacePoints &looks, SurfaceBuffer &surface);
@@ -40,7 +50,7 @@ void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const Str
 // Upper bound of the distance between two points of a brick, voxel edges.
 inline constexpr float kBrickReach = 12.2F;
 
-// Widens the rows that find_seen_bricks found to those of soft splats, and marks all bricks as large.
+// Marks all bricks as large, and finds their bounds as soft splats.
 void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<SeenBrick> seen);
 
 } // namespace pbm

@@ -14,6 +14,9 @@ namespace pbm {
 
 class StripPoints {
   public:
+    // `are_backs`: FacingPoints::are_backs of all blocks.
+    explicit StripPoints(bool are_backs) : are_backs_(are_backs) {}
+
     // Points of one run.
     struct Block {
         const RunGeometry *run;
@@ -31,11 +34,15 @@ class StripPoints {
         block.run = &run;
         block.first_id = first_id;
         block.points.count = 0;
+        block.points.near.clear();
+        block.points.are_backs = are_backs_;
         return block;
     }
     std::span<const std::unique_ptr<Block>> blocks() const { return std::span(blocks_).first(used_); }
+    bool are_backs() const { return are_backs_; }
 
   private:
+    bool are_backs_;
     std::size_t used_ = 0;
     std::vector<std::unique_ptr<Block>> blocks_;
 };

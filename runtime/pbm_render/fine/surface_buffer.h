@@ -35,7 +35,7 @@ struct SurfaceBuffer {
     // Empty columns and rows beside the picture, for whole SIMD vectors.
     static constexpr int kMarginRight = 16, kMarginBottom = 3;
 
-    // Starts with the depths of a strip after all visible splats were drawn.
+    // Starts with the depths of a strip.
     void begin(const DepthStrip &strip, std::size_t groups_of_pixel) {
         width = strip.width;
         top = strip.top;
@@ -44,10 +44,15 @@ struct SurfaceBuffer {
         groups = groups_of_pixel;
         const auto rows = static_cast<std::size_t>(bottom) - static_cast<std::size_t>(top) + kMarginBottom;
         depth.assign(static_cast<std::size_t>(stride) * rows, std::numeric_limits<float>::infinity());
+        show(strip, [](std::uint32_t) { return true; });
+        sums.assign(depth.size() * groups, {});
+    }
+    // Takes the depths of the pixels whose ids `is_shown` accepts; the others show no surface.
+    template <class IsShown> void show(const DepthStrip &strip, IsShown &&is_shown) {
         for (int y = top; y < bottom; ++y)
             for (int x = 0; x < width; ++x)
-                depth[offset(x, y)] = strip.depth(x, y);
-        sums.assign(depth.size() * groups, {});
+                depth[offset(x, y)] =
+                    is_shown(strip.id(x, y)) ? strip.depth(x, y) : std::numeric_limits<float>::infinity();
     }
     std::size_t offset(int x, int y) const {
         return static_cast<std::size_t>(y - top) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(x);

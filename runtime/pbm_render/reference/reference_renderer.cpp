@@ -4,6 +4,7 @@
 #include "pbm_render/camera/transform_table.h"
 #include "pbm_render/camera/unit_grid.h"
 #include "pbm_render/shading/point_shader.h"
+#include "pbm_render/splats/near_splat.h"
 #include "pbm_render/splats/splat.h"
 #include "pbm_render/splats/splat_kernels.h"
 #include "pbm_surface/surface_offsets.h"
@@ -54,12 +55,14 @@ class Walk {
     void draw_cut_points(unsigned mask, const glm::vec4 &centre);
     void draw_point(std::size_t index, Facing facing, const glm::vec4 &centre);
     void draw_odd_point(std::size_t index, const glm::vec4 &centre);
+    void draw_near(std::size_t index, const glm::vec4 &centre);
     void draw_placed(std::size_t normal, const ScreenPoint &point, float facing, SplatSize size);
     void draw(const SplatShape &shape, const ScreenPoint &point);
 
     const Projection &projection_;
     const bool is_cut_; // the camera has a clip region
-    const Grid grid_;   // unit_grid
+    const bool shows_backs_;
+    const Grid grid_; // unit_grid
     const int level_;
     const std::uint16_t *const point_normals_; // attributes of the points drawn
     const std::uint8_t *const point_radii_;
@@ -67,6 +70,7 @@ class Walk {
     Framebuffer &target_;
 
     TransformTable table_;
+    const FrameGeometry frame_;
     std::vector<ScreenNormal> normals_;
     const std::array<float, 256> &radii_; // grid edges
     std::array<float, 256> pixel_splats_; // 1 / depth below which a splat of this radius covers one pixel
@@ -84,10 +88,12 @@ class Walk {
 
 Walk::Walk(const Model &model, const Projection &projection, const ReferenceOptions &own,
            std::span<const std::int8_t> offsets, Framebuffer &target)
-    : projection_(projection), is_cut_(!projection.clip.empty()), grid_(unit_grid(model.parameters.grid)),
-      level_(own.level), point_normals_(model.levels[static_cast<std::size_t>(own.level)].points.normals.data()),
+    : projection_(projection), is_cut_(!projection.clip.empty()), shows_backs_(projection.shows_backs),
+      grid_(unit_grid(model.parameters.grid)), level_(own.level),
+      point_normals_(model.levels[static_cast<std::size_t>(own.level)].points.normals.data()),
       point_radii_(model.levels[static_cast<std::size_t>(own.level)].points.radii.data()), offsets_(offsets),
-      target_(target), table_(grid_, projection), normals_(transform_normals(projection)), radii_(radius_table()),
+      target_(target), table_(grid_, projection), frame_(projection, target.width, target.height),
+      normals_(transform_normals(projection)), radii_(radius_table()),
       voxel_(static_cast<float>(grid_.voxel_size_at(own.level))), facing_(2 * kNormalCount, Facing::some),
       shapes_(kNormalCount) {
     for (std::size_t i = 0; i < radii_.size(); ++i)
@@ -156,12 +162,12 @@ void Walk::draw_points(unsigned mask, const glm::vec4 &centre) {
     const Facing *const facing = facing_.data();
     std::size_t point = cursor_[static_cast<std::size_t>(level_)];
     for (; mask != 0; mask &= mask - 1, ++point)
-        if (const Facing way = facing[normals[point]]; way != Facing::away)
+        if (const Facing way = facing[normals[point]]; way != Facing::away || shows_backs_)
             draw_point(point, way, centre + offset[static_cast<std::size_t>(std::countr_zero(mask))]);
     cursor_[static_cast<std::size_t>(level_)] = point;
 }
 
-// The same where the camera has a clip region: without those outside, and with their backs.
+// The same where the camera has a clip region: without those outside.
 [[gnu::noinline]] void Walk::draw_cut_points(unsigned mask, const glm::vec4 &centre) {
     const auto &offset = table_.child[static_cast<std::size_t>(level_)];
     std::size_t &point = cursor_[static_cast<std::size_t>(level_)];
@@ -182,7 +188,7 @@ void Walk::draw_points(unsigned mask, const glm::vec4 &centre) {
 inline void Walk::draw_point(std::size_t index, Facing facing, const glm::vec4 &centre) {
     const std::size_t normal = point_normals_[index];
     const std::size_t radius = point_radii_[index];
-    if (radius != table_radius_ || facing == Facing::both)
+    if (radius != table_radius_ || facing == Facing::both || facing == Facing::away)
         return draw_odd_point(index, centre);
     const float depth = centre.z;
     const float inverse_depth = 1 / depth;
@@ -191,7 +197,7 @@ inline void Walk::draw_point(std::size_t index, Facing facing, const glm::vec4 &
         // Cosine of normal and ray at this point.
         const glm::vec3 &plane = normals_[normal].plane;
         if (plane.x * pixel.x + plane.y * pixel.y + plane.z > kFacingSlack)
-            return;
+            return shows_backs_ ? draw_odd_point(index, centre) : void();
     }
     draw(shapes_[normal], {pixel, depth, inverse_depth, static_cast<std::uint32_t>(index)});
 }
@@ -200,13 +206,13 @@ inline void Walk::draw_point(std::size_t index, Facing facing, const glm::vec4 &
 void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     const float radius = radii_[point_radii_[index]];
     const float depth = centre.z;
-    if (depth <= kMinRadii * radius + kMinVoxels * voxel_) // around the eye or behind it
-        return;
+    if (depth <= kMinRadii * radius + kMinVoxels * voxel_)
+        return draw_near(index, centre);
     const glm::vec2 pixel(centre.x / depth, centre.y / depth);
     std::size_t normal = point_normals_[index] & kNormalIndexMask;
     float facing = glm::dot(normals_[normal].plane, glm::vec3(pixel, 1));
-    const bool is_back = is_cut_ && facing > kFacingSlack; // at the surface, too: inwards is the other way
-    const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0 && !is_back;
+    const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0;
+    const bool is_back = shows_backs_ && !two_sided && facing > kFacingSlack;
     if (is_back || (two_sided && facing > 0)) {
         normal ^= kOppositeNormal;
         facing = -facing;
@@ -214,15 +220,51 @@ void Walk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     if (facing > kFacingSlack)
         return;
     const ScreenPoint point{pixel, depth, 1 / depth, static_cast<std::uint32_t>(index)};
+    const SplatSize size{radius, is_back ? -voxel_ : voxel_, two_sided};
     if (!kernels_ && !offsets_.empty())
-        return draw_placed(normal, point, facing, {radius, is_back ? -voxel_ : voxel_, two_sided});
+        return draw_placed(normal, point, facing, size);
     if (!kernels_)
-        return draw(project_splat(projection_, normals_[normal], pixel, facing,
-                                  {radius, is_back ? -voxel_ : voxel_, two_sided}),
-                    point);
+        return draw(project_splat(projection_, normals_[normal], pixel, facing, size), point);
     ++drawn_points;
     const float pixels = kNeighbourReach * radius * static_cast<float>(projection_.focal) / depth;
     kernels_->draw(normal, pixel, depth, pixels, static_cast<std::uint32_t>(index), target_);
+}
+
+// Draws a point around the eye.
+[[gnu::noinline]] void Walk::draw_near(std::size_t index, const glm::vec4 &centre) {
+    const float radius = radii_[point_radii_[index]];
+    if (centre.z <= -radius)
+        return;
+    const std::uint16_t stored = point_normals_[index];
+    const auto [x, y, z, mean_inset] = frame_.normals[stored & kNormalIndexMask];
+    const glm::vec3 normal(x, y, z), point((centre.x - frame_.middle_x * centre.z) * frame_.inverse_focal,
+                                           (centre.y - frame_.middle_y * centre.z) * frame_.inverse_focal, centre.z);
+    const bool two_sided = (stored & kTwoSidedBit) != 0;
+    if (!two_sided && !shows_backs_ && glm::dot(normal, point) > kFacingSlack * glm::length(point))
+        return;
+    float inset = 0;
+    if (!two_sided)
+        inset = offsets_.empty() ? mean_inset : -offset_of(offsets_[index]);
+    const glm::vec3 middle = point - inset * voxel_ * normal;
+    const NearSplat splat{.centre = {middle.x, middle.y, middle.z},
+                          .normal = {x, y, z},
+                          .radius = radius,
+                          .cone = kPlacedCone * voxel_,
+                          .id = static_cast<std::uint32_t>(index)};
+    const PixelBox box = bounds_of(splat, frame_, {0, target_.width, 0, target_.height});
+    if (box.left >= box.right)
+        return;
+    ++drawn_points;
+    std::vector<float> depths(static_cast<std::size_t>(box.right - box.left));
+    for (int row = box.top; row < box.bottom; ++row) {
+        find_depths(splat, frame_, row, box.left, depths);
+        const auto first = static_cast<std::size_t>(std::ptrdiff_t{row} * target_.width + box.left);
+        for (std::size_t i = 0; i < depths.size(); ++i)
+            if (depths[i] < target_.depth[first + i]) {
+                target_.depth[first + i] = depths[i];
+                target_.colour[first + i] = splat.id;
+            }
+    }
 }
 
 inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
@@ -248,12 +290,10 @@ inline void Walk::draw(const SplatShape &shape, const ScreenPoint &point) {
 // Replaces the point indices in `target` by colours; so it shades visible pixels only.
 class Shading {
   public:
-    // `shown_backs`: kTwoSidedBit if all points show their backs, else 0.
-    Shading(const Model &model, const Appearance &appearance, const PointShader &shader, int level,
-            std::uint16_t shown_backs)
+    Shading(const Model &model, const Appearance &appearance, const PointShader &shader, int level)
         : set_(model.parameters.attributes), shadows_(appearance.shadows), level_(level),
           points_(model.levels[static_cast<std::size_t>(level)].points), edge_(model.parameters.grid.edge()),
-          shader_(shader), shown_backs_(shown_backs),
+          shader_(shader),
           indices_(shader.colour_source() == ColourSource::texture ? points_.values(*palette_stream(set_)).data()
                                                                    : nullptr) {}
 
@@ -270,7 +310,6 @@ class Shading {
     const PointAttributes &points_;
     const double edge_; // of the grid, model units
     const PointShader &shader_;
-    const std::uint16_t shown_backs_;
     const std::uint8_t *const indices_; // into the palette; null: the colour has another source
 };
 
@@ -308,7 +347,7 @@ void Shading::resolve(Framebuffer &target) const {
 template <bool kSpecial>
 [[gnu::noinline]] std::uint32_t Shading::shade(std::size_t index, std::size_t at, const Framebuffer &target) const {
     const PointLook look{.colour = colour(index),
-                         .normal = static_cast<std::uint16_t>(points_.normals[index] | shown_backs_),
+                         .normal = points_.normals[index],
                          .material = set_.material ? std::uint16_t{points_.materials[index]} : std::uint16_t{0}};
     const glm::vec2 pixel = target.centre(at);
     const auto lit = [&](std::size_t light) { return lit_fraction(light, index); };
@@ -352,7 +391,7 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
                                            const ReferenceOptions &own) const {
     const int level = std::clamp(own.level, 0, static_cast<int>(model_.levels.size()) - 1);
     target.clear(options.background);
-    const Camera unit_camera = in_unit_grid(camera, model_.parameters.grid);
+    const Camera unit_camera = in_unit_grid(camera, model_.parameters);
     const Projection projection(unit_camera, target.width, target.height);
     Walk walk(model_, projection, {level, own.splats}, offsets_[static_cast<std::size_t>(level)], target);
     if (level == 0) {
@@ -375,8 +414,7 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
     if (surroundings_)
         surroundings = surroundings_->in_frame(appearance_, projection, options);
     const PointShader shader(model_.parameters, appearance_, projection, surroundings.get(), options, true);
-    Shading(model_, appearance_, shader, level, projection.clip.empty() ? std::uint16_t{0} : kTwoSidedBit)
-        .resolve(target);
+    Shading(model_, appearance_, shader, level).resolve(target);
     if (surroundings)
         surroundings->draw_behind(target, static_cast<float>(model_.parameters.grid.edge()));
     return {level, model_.levels[static_cast<std::size_t>(level)].points.size(), walk.drawn_points};

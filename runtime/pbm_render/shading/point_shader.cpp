@@ -91,11 +91,11 @@ Float4 PointShader::mirror(Float4 colour, std::size_t material, std::size_t norm
     return own + appearance_.materials[material].environment * (mirrored_[normal] - own);
 }
 
-// Index of a two-sided point's normal that faces the eye.
-std::size_t PointShader::side_seen(std::size_t normal, glm::vec2 pixel) const {
+// Index of the normal, or of the opposite one if (normal . ray of depth 1) exceeds `beyond`.
+std::size_t PointShader::side_seen(std::size_t normal, glm::vec2 pixel, float beyond) const {
     const SplatNormal &n = normals_[normal];
     const glm::vec3 ray = first_ray_ + pixel.x * ray_right_ + pixel.y * ray_down_;
-    const bool away = n.x * ray.x + n.y * ray.y + n.z * ray.z > 0;
+    const bool away = n.x * ray.x + n.y * ray.y + n.z * ray.z > beyond;
     return away ? normal ^ kOppositeNormal : normal;
 }
 

@@ -89,10 +89,12 @@ class PointShader {
         return light;
     }
 
-    // Index of the point's normal; of a two-sided point, of that which faces the eye.
+    // Index of the point's normal; where its back is seen, of the opposite one.
     std::size_t normal_seen(PointLook point, glm::vec2 pixel) const {
         const std::size_t normal = point.normal & kNormalIndexMask;
-        return (point.normal & kTwoSidedBit) != 0 ? side_seen(normal, pixel) : normal;
+        if ((point.normal & kTwoSidedBit) != 0)
+            return side_seen(normal, pixel, 0);
+        return projection_.shows_backs ? side_seen(normal, pixel, kFacingSlack) : normal;
     }
 
   private:
@@ -100,7 +102,7 @@ class PointShader {
         return source_ == ColourSource::material ? material_colours_[point.material] : colours_.linear(point.colour);
     }
     Float4 mirror(Float4 colour, std::size_t material, std::size_t normal) const;
-    std::size_t side_seen(std::size_t normal, glm::vec2 pixel) const;
+    std::size_t side_seen(std::size_t normal, glm::vec2 pixel, float beyond) const;
     Float4 reflect(const Light &light, std::size_t material, std::size_t normal, glm::vec2 pixel, float depth) const;
 
     const ModelParameters &parameters_;

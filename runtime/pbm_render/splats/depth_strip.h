@@ -19,8 +19,13 @@ struct DepthStrip {
     // Rows above and below the strip, and columns beside the picture: for blocks and whole SIMD vectors.
     static constexpr int kMarginRows = 2, kMarginLeft = 2, kMarginRight = 16;
 
+    static constexpr std::uint32_t kNoId = 0xFFFFFFFF; // of pixels that show nothing
+
     static constexpr double pixel(float depth, std::uint32_t id) {
         return std::bit_cast<double>(std::uint64_t{std::bit_cast<std::uint32_t>(depth)} << 32 | id);
+    }
+    static constexpr float depth_of(double pixel) {
+        return std::bit_cast<float>(static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(pixel) >> 32));
     }
 
     // Clears the strip for rows first .. end - 1 of a picture.
@@ -31,7 +36,7 @@ struct DepthStrip {
         stride = picture_width + kMarginLeft + kMarginRight;
         constexpr float kNothing = std::numeric_limits<float>::infinity();
         pixels.assign(static_cast<std::size_t>(stride) * static_cast<std::size_t>(end - first + 2 * kMarginRows),
-                      pixel(kNothing, 0xFFFFFFFF));
+                      pixel(kNothing, kNoId));
     }
     // Offset of an unused block outside the picture.
     int unseen() const { return stride - kMarginRight + 2; }
@@ -39,10 +44,9 @@ struct DepthStrip {
         return std::ptrdiff_t{y - top + kMarginRows} * stride + x + kMarginLeft;
     }
 
-    float depth(int x, int y) const { return std::bit_cast<float>(static_cast<std::uint32_t>(bits(x, y) >> 32)); }
-    std::uint32_t id(int x, int y) const { return static_cast<std::uint32_t>(bits(x, y)); }
-    std::uint64_t bits(int x, int y) const {
-        return std::bit_cast<std::uint64_t>(pixels[static_cast<std::size_t>(offset(x, y))]);
+    float depth(int x, int y) const { return depth_of(pixels[static_cast<std::size_t>(offset(x, y))]); }
+    std::uint32_t id(int x, int y) const {
+        return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(pixels[static_cast<std::size_t>(offset(x, y))]));
     }
 
     int width = 0, top = 0, bottom = 0;

@@ -1,5 +1,5 @@
-// Collects the points of bricks that face the eye, in screen space. For files that Highway compiles for several
-// targets: include it after highway.h, once per target. Results are the same on every target.
+// Collects the points of bricks that face the eye, and those that face away, in screen space. For files that Highway
+// compiles for several targets: include it after highway.h, once per target. Results are the same on every target.
 #if defined(PBM_RENDER_FACING_POINTS_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PBM_RENDER_FACING_POINTS_H
 #undef PBM_RENDER_FACING_POINTS_H
@@ -14,6 +14,7 @@
 #include "pbm_render/bricks/brick_culling.h"
 #include "pbm_render/bricks/chunk_offsets.h"
 #include "pbm_render/bricks/frame_geometry.h"
+#include "pbm_render/bricks/point_ids.h"
 #include "pbm_render/splats/depth_strip.h"
 #include "pbm_render/splats/facing_point_arrays.h"
 #include "pbm_render/splats/splat.h"
@@ -30,6 +31,20 @@
 #define PBM_RENDER_FACING_POINTS_TABLES
 namespace pbm {
 
+// A word of FrameGeometry::packed.
+struct PointNormal {
+    glm::vec3 axis; // eye space
+    float inset;    // voxel edges
+    bool two_sided;
+};
+inline PointNormal unpack_normal(std::int32_t packed) {
+    const auto word = static_cast<std::uint32_t>(packed);
+    const glm::vec3 whole(packed >> 23, static_cast<std::int32_t>(word << 9) >> 23,
+                          static_cast<std::int32_t>(word << 18) >> 23);
+    return {glm::normalize(whole), static_cast<float>(packed & kPackedInsetMask) / kPackedInsetScale,
+            (packed & kPackedTwoSided) != 0};
+}
+
 // Shifts kTwoSidedBit of a stored normal to kPackedTwoSided.
 inline constexpr int kTwoSidedShift = std::countr_zero(kTwoSidedBit);
 
@@ -41,16 +56,16 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A normal in eye space at a point on the screen; a two-sided one is turned towards the eye.
+// A normal in eye space at a point on the screen; that of a back or of a two-sided point is turned towards the eye.
 struct SeenNormal {
     Vector x, y, z;
     Vector ray_x, ray_y; // from the eye through the point, depth 1
     Vector facing;       // cosine between normal and ray, times the ray's length
     Mask two_sided;
-    Mask turned; // two-sided, and its back is seen
 };
 
-HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, Vector pixel_x, Vector pixel_y) {
+HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, Vector pixel_x, Vector pixel_y,
+                                 bool are_backs) {
     const Floats d;
     const Ints di;
     const Vector scale = hn::Set(d, 1 / kPackedNormalScale), inverse_focal = hn::Set(d, frame.inverse_focal);
@@ -62,12 +77,12 @@ HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, V
     n.ray_y = hn::Mul(hn::Sub(pixel_y, hn::Set(d, frame.middle_y)), inverse_focal);
     const Vector facing = hn::Add(hn::Add(hn::Mul(n.x, n.ray_x), hn::Mul(n.y, n.ray_y)), n.z);
     n.two_sided = hn::RebindMask(d, hn::TestBit(packed, hn::Set(di, kPackedTwoSided)));
-    const Vector turn = hn::IfThenElseZero(n.two_sided, hn::AndNot(facing, hn::SignBit(d)));
+    const Vector turn =
+        are_backs ? hn::SignBit(d) : hn::IfThenElseZero(n.two_sided, hn::AndNot(facing, hn::SignBit(d)));
     n.x = hn::Xor(n.x, turn);
     n.y = hn::Xor(n.y, turn);
     n.z = hn::Xor(n.z, turn);
     n.facing = hn::Xor(facing, turn);
-    n.turned = hn::MaskFromVec(hn::BitCast(d, hn::BroadcastSignBit(hn::BitCast(di, turn))));
     return n;
 }
 
@@ -120,12 +135,63 @@ HWY_INLINE Vector rows_to_border(const StripRun &at, const Enlargement &enlarged
     return hn::Add(hn::Mul(hn::Mul(reach, stretch), inverse_depth), set(enlarged.low_pass + 1));
 }
 
-// Projects points of a brick to the screen and appends to `to` those that face the eye and may touch the strip. Returns
-// how many of them have their centres in the strip. kBlock: as SeenBrick::block of the brick; kPlaced: the points have
-// surface offsets; redundant ones of thin bricks are left out if they are blocks.
-template <int kBlock, bool kPlaced>
+// A vector of points of which some are around the eye. (u, v, w): as of SeenBrick.
+struct NearPoints {
+    Mask is_near;
+    Vector u, v, w;
+    IntVector packed, offset;
+    Vector radius;
+};
+
+// Where the points of a brick go that face the eye, and those that face away; null: they are left out.
+struct BothSides {
+    FacingPoints *fronts, *backs;
+};
+
+// Appends points around the eye. `first_id`: of the vector's first point.
+template <bool kPlaced>
+HWY_INLINE void add_near(const StripRun &at, const NearPoints &points, std::size_t first_id, const BothSides &to) {
+    const FrameGeometry &frame = at.frame;
+    const Floats d;
+    const Ints di;
+    std::array<float, kLaneNumbers.size()> u, v, w, radii;
+    std::array<std::int32_t, kLaneNumbers.size()> packed, offsets;
+    std::array<std::uint8_t, 8> bits{};
+    hn::StoreMaskBits(d, points.is_near, bits.data());
+    hn::StoreU(points.u, d, u.data());
+    hn::StoreU(points.v, d, v.data());
+    hn::StoreU(points.w, d, w.data());
+    hn::StoreU(points.radius, d, radii.data());
+    hn::StoreU(points.packed, di, packed.data());
+    hn::StoreU(points.offset, di, offsets.data());
+    for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
+        if ((bits[lane / 8] >> lane % 8 & 1) == 0)
+            continue;
+        const glm::vec3 point((u[lane] - frame.middle_x * w[lane]) * frame.inverse_focal,
+                              (v[lane] - frame.middle_y * w[lane]) * frame.inverse_focal, w[lane]);
+        const PointNormal normal = unpack_normal(packed[lane]);
+        const bool is_back = !normal.two_sided && glm::dot(normal.axis, point) > kFacingSlack * glm::length(point);
+        FacingPoints *const side = is_back ? to.backs : to.fronts;
+        if (side == nullptr)
+            continue;
+        float inset = 0;
+        if (!normal.two_sided)
+            inset = kPlaced ? -static_cast<float>(offsets[lane]) / kOffsetSteps : normal.inset;
+        const glm::vec3 centre = point - inset * at.run.voxel * normal.axis;
+        side->near.push_back({.centre = {centre.x, centre.y, centre.z},
+                              .normal = {normal.axis.x, normal.axis.y, normal.axis.z},
+                              .radius = radii[lane],
+                              .cone = kPlacedCone * at.run.voxel,
+                              .id = static_cast<std::uint32_t>(first_id + lane) | (is_back ? PointIds::kBackBit : 0)});
+    }
+}
+
+// Projects points of a brick to the screen and appends to `to` those that may touch the strip. Returns how many of them
+// have their centres in the strip. kBlock: as SeenBrick::block of the brick; kPlaced: the points have surface offsets;
+// redundant ones of thin bricks are left out if they are blocks; kBacks: as SeenBrick::has_backs.
+template <int kBlock, bool kPlaced, bool kBacks>
 HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &brick, const BrickPlaces &places,
-                                          const BrickPoints &points, FacingPoints &to,
+                                          const BrickPoints &points, const BothSides &to,
                                           const Enlargement &enlarged = {}) {
     const auto &[frame, run, strip] = at;
     const Floats d;
@@ -145,7 +211,8 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
     constexpr float kNowhere = std::numeric_limits<float>::infinity();
     const Vector home_top = set(strip.top == 0 ? -kNowhere : static_cast<float>(strip.top));
     const Vector home_bottom = set(strip.bottom == frame.height ? kNowhere : static_cast<float>(strip.bottom));
-    std::size_t at_home = 0, count = to.count;
+    std::size_t at_home = 0, fronts = !kBacks || to.fronts != nullptr ? to.fronts->count : 0;
+    [[maybe_unused]] std::size_t backs = kBacks ? to.backs->count : 0;
     for (std::size_t i = points.begin; i < points.end; i += lanes) {
         const auto place = hn::PromoteTo(di, hn::LoadU(d16, places.place.data() + i));
         const Vector x = hn::ConvertTo(d, hn::And(place, hn::Set(di, 15)));
@@ -176,18 +243,15 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
         }
         if constexpr (kPlaced)
             offset = hn::PromoteTo(di, hn::LoadU(signed8, points.offsets + i));
-        const auto side = hn::And(hn::ShiftRight<kTwoSidedShift>(stored), hn::Set(di, kPackedTwoSided));
+        const auto sidedness = hn::And(hn::ShiftRight<kTwoSidedShift>(stored), hn::Set(di, kPackedTwoSided));
         const IntVector index = hn::And(stored, hn::Set(di, kNormalIndexMask));
-        IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), side);
-        const SeenNormal normal = see_normal(frame, packed, pixel_x, pixel_y);
+        const IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), sidedness);
+        const SeenNormal normal = see_normal(frame, packed, pixel_x, pixel_y, false);
         const Mask faces = hn::Le(normal.facing, set(kFacingSlack));
-        Mask keep = hn::And(faces, hn::FirstN(d, points.end - i));
-        if (frame.shows_backs) [[unlikely]] {
-            packed = hn::Or(packed, hn::IfThenZeroElse(hn::RebindMask(di, faces), hn::Set(di, kPackedTwoSided)));
-            keep = hn::FirstN(d, points.end - i);
+        Mask keep = hn::FirstN(d, points.end - i);
+        if (!points.cuts.empty()) [[unlikely]]
             for (const BrickCut &cut : points.cuts)
                 keep = hn::And(keep, hn::Ge(project(cut.first, cut.step_x, cut.step_y, cut.step_z), hn::Zero(d)));
-        }
         if constexpr (kPlaced) {
             if constexpr (!kLarge) {
                 const auto left_out = hn::Set(di, brick.thin ? kRedundantBit : 0);
@@ -198,8 +262,15 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
         [[maybe_unused]] Vector radius = hn::Zero(d);
         if constexpr (kHasRadius)
             radius = hn::GatherIndex(d, frame.radii.data(), radius_index);
-        if constexpr (kLarge) { // drop points around the eye or behind it
-            keep = hn::And(keep, hn::Gt(w, hn::Add(hn::Mul(radius, set(kMinRadii)), set(kMinVoxels * run.voxel))));
+        if constexpr (kLarge) {
+            const Mask is_far = hn::Gt(w, hn::Add(hn::Mul(radius, set(kMinRadii)), set(kMinVoxels * run.voxel)));
+            if (const Mask is_near = hn::AndNot(is_far, hn::And(keep, hn::Gt(w, hn::Neg(radius))));
+                !hn::AllFalse(d, is_near)) [[unlikely]] {
+                const Vector u = project(brick.u, step_x.x, step_y.x, step_z.x),
+                             v = project(brick.v, step_x.y, step_y.y, step_z.y);
+                add_near<kPlaced>(at, {is_near, u, v, w, packed, offset, radius}, points.first_id + i, to);
+            }
+            keep = hn::And(keep, is_far);
             const Vector reach = rows_to_border(at, enlarged, radius, normal.ray_y, inverse);
             keep = hn::And(keep, hn::And(hn::Gt(hn::Add(pixel_y, reach), strip_top),
                                          hn::Lt(hn::Sub(pixel_y, reach), strip_bottom)));
@@ -207,29 +278,41 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
             keep = hn::And(keep, hn::And(hn::Gt(pixel_y, above), hn::Lt(pixel_y, below)));
         }
         const IntVector id = count_from(static_cast<std::int32_t>(points.first_id + i));
-        const Packing pack(keep);
-        hn::StoreU(pack(pixel_x), d, to.x.data() + count);
-        hn::StoreU(pack(pixel_y), d, to.y.data() + count);
-        hn::StoreU(pack(w), d, to.w.data() + count);
-        hn::StoreU(pack(packed), di, to.normal.data() + count);
-        hn::StoreU(pack(id), di, to.id.data() + count);
-        if constexpr (kPlaced)
-            hn::StoreU(pack(hn::Mul(hn::ConvertTo(d, offset), set(1 / kOffsetSteps))), d, to.offset.data() + count);
-        if constexpr (kHasRadius)
-            hn::StoreU(pack(radius), d, to.radius.data() + count);
-        if constexpr (kLarge)
-            hn::StoreU(pack(index), di, to.normal_index.data() + count);
-        count += hn::CountTrue(d, keep);
-        at_home += hn::CountTrue(d, hn::And(keep, hn::And(hn::Ge(pixel_y, home_top), hn::Lt(pixel_y, home_bottom))));
+        const auto append = [&](Mask some, IntVector ids, FacingPoints &side, std::size_t &count) {
+            const Packing pack(some);
+            hn::StoreU(pack(pixel_x), d, side.x.data() + count);
+            hn::StoreU(pack(pixel_y), d, side.y.data() + count);
+            hn::StoreU(pack(w), d, side.w.data() + count);
+            hn::StoreU(pack(packed), di, side.normal.data() + count);
+            hn::StoreU(pack(ids), di, side.id.data() + count);
+            if constexpr (kPlaced)
+                hn::StoreU(pack(hn::Mul(hn::ConvertTo(d, offset), set(1 / kOffsetSteps))), d,
+                           side.offset.data() + count);
+            if constexpr (kHasRadius)
+                hn::StoreU(pack(radius), d, side.radius.data() + count);
+            if constexpr (kLarge)
+                hn::StoreU(pack(index), di, side.normal_index.data() + count);
+            count += hn::CountTrue(d, some);
+            at_home +=
+                hn::CountTrue(d, hn::And(some, hn::And(hn::Ge(pixel_y, home_top), hn::Lt(pixel_y, home_bottom))));
+        };
+        if (!kBacks || to.fronts != nullptr)
+            append(hn::And(keep, faces), id, *to.fronts, fronts);
+        if constexpr (kBacks)
+            if (const Mask away = hn::AndNot(faces, keep); !hn::AllFalse(d, away))
+                append(away, hn::Or(id, hn::Set(di, static_cast<std::int32_t>(PointIds::kBackBit))), *to.backs, backs);
     }
-    to.count = count;
+    if (!kBacks || to.fronts != nullptr)
+        to.fronts->count = fronts;
+    if constexpr (kBacks)
+        to.backs->count = backs;
     return at_home;
 }
 
 // Appends those points of a brick that find_facing_points keeps, and returns its result. The id of point i of the chunk
 // is `first_id` + i. Accesses stay in bounds if the bytes of a mapped chunk change.
-template <int kBlock, bool kPlaced>
-HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std::uint32_t first_id, FacingPoints &to,
+template <int kBlock, bool kPlaced, bool kBacks>
+HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std::uint32_t first_id, const BothSides &to,
                                  const Enlargement &enlarged = {}) {
     const PointRun &run = *at.run.run;
     const std::span<const std::uint16_t> normals = run.chunk->normals;
@@ -253,7 +336,14 @@ HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std:
     const std::size_t count =
         std::min(list_places(brick.node_map, run.chunk->masks.subspan(brick.first_node), places), points.available);
     points.end = run.last > first_point ? std::min<std::size_t>(count, run.last - first_point) : 0;
-    return find_facing_points<kBlock, kPlaced>(at, seen, places, points, to, enlarged);
+    return find_facing_points<kBlock, kPlaced, kBacks>(at, seen, places, points, to, enlarged);
+}
+
+// The same for bricks with backs: apart, so that the loop over others stays small.
+template <int kBlock, bool kPlaced>
+HWY_NOINLINE std::size_t add_brick_with_backs(const StripRun &at, const SeenBrick &seen, std::uint32_t first_id,
+                                              const BothSides &to, const Enlargement &enlarged = {}) {
+    return add_brick<kBlock, kPlaced, true>(at, seen, first_id, to, enlarged);
 }
 
 } // namespace pbm::HWY_NAMESPACE

@@ -35,7 +35,8 @@ SplatShape project_splat(const Projection &projection, const ScreenNormal &norma
         const float edge_on = std::clamp(1 + facing, 0.0F, 1.0F);
         const float inset =
             (placed ? -*size.offset : normal.inset + kGrazingInset * edge_on * edge_on * edge_on) * size.voxel;
-        const float outline_inset = placed ? kPlacedOutlineInset : kOutlineInset;
+        const float outline_inset =
+            (placed ? kPlacedOutlineInset : kOutlineInset) + (size.voxel < 0 ? kBackOutlineInset : 0);
         const float outline =
             outline_inset * std::clamp(1 + kOutlineSlope * facing, 0.0F, 1.0F) * size.voxel + (placed ? inset : 0);
         shift = -outline * n;

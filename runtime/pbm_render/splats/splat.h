@@ -33,6 +33,8 @@ inline constexpr float kOutlineInset = 0.5F;
 inline constexpr float kGrazingInset = 0.7F;
 // Inset of the ellipse: kOutlineInset * clamp(1 + kOutlineSlope * cosine of normal and ray, 0, 1).
 inline constexpr float kOutlineSlope = 1.4F;
+// Added to the inset of the ellipses of backs: at a contour they stay behind the fronts beside them.
+inline constexpr float kBackOutlineInset = 0.7F;
 // Lower bound of the cosine between a plane's normal and the ray.
 inline constexpr float kEdgeOn = 0.02F;
 // Clamps the depth slope of a plane per screen axis: beyond 70 degrees, normals are too noisy to determine the depth
@@ -50,8 +52,6 @@ inline constexpr float kBlockOutlineInset = 0.6F, kPlacedBlockOutlineInset = 0.5
 // How far the outline of a placed splat lies behind its plane, voxel edges. Where two splats overlap, each is then
 // visible around its own middle.
 inline constexpr float kPlacedCone = 0.7F;
-// Points closer than kMinRadii splat radii + kMinVoxels voxels are not drawn: their planes would reach behind the eye.
-inline constexpr float kMinRadii = 1.25F, kMinVoxels = 2;
 
 // The image of a splat at depth 1, for one normal, radius and ray direction; points of one normal and radius in a small
 // part of the screen share it. At depth z the ellipse is scaled by 1 / z, the slope by z. Each member but box and shift
@@ -67,7 +67,7 @@ struct SplatShape {
 // Sizes in model space. A two-sided splat stays at its voxel's centre.
 struct SplatSize {
     float radius;
-    float voxel;
+    float voxel; // edge; negative for the back of a point, whose normal is turned: inwards is the other way
     bool two_sided;
     std::optional<float> offset = {}; // voxel edges; if present, the splat is placed
 };

@@ -37,11 +37,15 @@ HWY_INLINE ProjectedSplats project_splats(const FrameGeometry &frame, float voxe
     const auto clamp_to_one = [&](Vector v) { return hn::Min(hn::Max(v, zero), one); };
     const IntVector packed = hn::Load(di, points.normal.data() + first);
     ProjectedSplats s;
-    s.normal = see_normal(frame, packed, hn::Load(d, points.x.data() + first), hn::Load(d, points.y.data() + first));
+    s.normal = see_normal(frame, packed, hn::Load(d, points.x.data() + first), hn::Load(d, points.y.data() + first),
+                          points.are_backs);
     const SeenNormal &n = s.normal;
-    // Where points show their backs, these lie at the surface, too: inwards is the other way.
-    const Vector back = hn::IfThenElseZero(n.turned, hn::Set(d, frame.shows_backs ? -voxel_edge : 0));
-    const Vector voxel = hn::IfThenElse(n.two_sided, back, hn::Set(d, voxel_edge));
+    // Backs lie at the surface, too: inwards is the other way.
+    if (points.are_backs) {
+        voxel_edge = -voxel_edge;
+        outline_inset += kBackOutlineInset;
+    }
+    const Vector voxel = hn::IfThenElseZero(hn::Not(n.two_sided), hn::Set(d, voxel_edge));
     s.outline = hn::Mul(hn::Mul(voxel, hn::Set(d, outline_inset)),
                         clamp_to_one(hn::Add(one, hn::Mul(hn::Set(d, kOutlineSlope), n.facing))));
     if constexpr (kPlaced) {

@@ -1,5 +1,5 @@
 // Bounds of bricks on the screen, and the bricks that the fast renderer leaves out because of them.
-#include "pbm_render/fast/brick_bounds.h"
+#include "pbm_render/splats/brick_bounds.h"
 
 #include "pbm_render/camera/unit_grid.h"
 #include "unit/render/fast_test_model.h"
@@ -29,8 +29,8 @@ void expect_bounds(const DrawnModel &model, const Camera &camera) {
     FastRenderer renderer(model.model.parameters, model.chunk_points, 1);
     Framebuffer whole(kBoundsWidth, kBoundsHeight), alone(kBoundsWidth, kBoundsHeight);
     const RenderStatistics all = renderer.render(level.runs, camera, {}, whole);
-    const FrameGeometry frame(Projection(in_unit_grid(camera, grid), kBoundsWidth, kBoundsHeight), kBoundsWidth,
-                              kBoundsHeight);
+    const FrameGeometry frame(Projection(in_unit_grid(camera, model.model.parameters), kBoundsWidth, kBoundsHeight),
+                              kBoundsWidth, kBoundsHeight);
     auto nearest = whole.depth;
     std::fill(nearest.begin(), nearest.end(), std::numeric_limits<float>::infinity());
     std::uint64_t drawn = 0;

@@ -52,14 +52,14 @@ TEST(Projection, KeepsGeoreferencedModelsSharp) {
 
 // A telecentric camera: what lies half a grid before and behind the plane of the focal point is a third of a pixel off.
 TEST(OrthographicCamera, ShowsAllDepthsInOneSize) {
-    Grid grid;
-    grid.depth = 10;
-    grid.origin = {100, 200, 300};
-    grid.voxel_size = 0.5;
-    const double edge = grid.edge();
+    ModelParameters parameters;
+    parameters.grid.depth = 10;
+    parameters.grid.origin = {100, 200, 300};
+    parameters.grid.voxel_size = 0.5;
+    const double edge = parameters.grid.edge();
     Camera camera = camera_in_front({100 + edge / 2, 200 + edge / 2, 300 + edge / 2}, 900);
     const auto pixel = [&](const glm::dvec3 &point) {
-        const Projection projection(in_unit_grid(camera, grid), 1280, 720);
+        const Projection projection(in_unit_grid(camera, parameters), 1280, 720);
         const glm::dvec3 p = projection.point((point - glm::dvec3(100, 200, 300)) / edge);
         return glm::dvec2(p) / p.z;
     };
@@ -71,7 +71,24 @@ TEST(OrthographicCamera, ShowsAllDepthsInOneSize) {
     EXPECT_NEAR(pixel(place(0)).y, 0, 1e-9);
     EXPECT_NEAR(pixel(place(edge / 2)).y, 0, 0.36);
     EXPECT_NEAR(pixel(place(-edge / 2)).y, 0, 0.36);
-    EXPECT_FALSE(in_unit_grid(camera, grid).orthographic);
+    EXPECT_FALSE(in_unit_grid(camera, parameters).orthographic);
+}
+
+TEST(Backs, AreHiddenOnlyWhereTheFileSaysThatNoneCanBeSeenOrTheCameraSaysSo) {
+    ModelParameters open, closed;
+    closed.closed = true;
+    Camera camera;
+    EXPECT_TRUE(shows_backs(camera, open));
+    EXPECT_FALSE(shows_backs(camera, closed));
+    EXPECT_EQ(in_unit_grid(camera, open).backs, Backs::show);
+    EXPECT_EQ(in_unit_grid(camera, closed).backs, Backs::hide);
+    camera.clip.plane = ClipPlane{};
+    EXPECT_TRUE(shows_backs(camera, closed)); // it is cut open
+    camera.backs = Backs::hide;
+    EXPECT_FALSE(shows_backs(camera, open));
+    camera = {};
+    camera.backs = Backs::show;
+    EXPECT_TRUE(shows_backs(camera, closed));
 }
 
 TEST(OrthographicCamera, StaysUsableInTheClosestView) {

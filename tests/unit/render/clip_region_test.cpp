@@ -30,13 +30,13 @@ TEST(ClipRegion, SaysHowABoxLiesToAPlaneAndToABox) {
 }
 
 TEST(ClipRegion, IsTheSameInTheUnitGrid) {
-    Grid grid;
-    grid.depth = 8;
-    grid.origin = {100, 200, 300};
-    grid.voxel_size = 4.0 / 256; // an edge of 4
+    ModelParameters parameters;
+    parameters.grid.depth = 8;
+    parameters.grid.origin = {100, 200, 300};
+    parameters.grid.voxel_size = 4.0 / 256; // an edge of 4
     Camera camera;
     camera.clip = {.plane = ClipPlane{{101, 202, 303}, {0, 3, 4}}, .box = ClipBox{{100, 201, 302}, {104, 204, 304}}};
-    const ClipRegion unit = in_unit_grid(camera, grid).clip;
+    const ClipRegion unit = in_unit_grid(camera, parameters).clip;
     EXPECT_EQ(unit.plane->point, glm::dvec3(0.25, 0.5, 0.75));
     EXPECT_EQ(unit.plane->normal, glm::dvec3(0, 3, 4));
     EXPECT_EQ(unit.box->least, glm::dvec3(0, 0.25, 0.5));

@@ -47,6 +47,7 @@ class ChosenModel {
 
     int depth() const { return reader_.depth(); }
     const Grid &grid() const { return model_.parameters.grid; }
+    const ModelParameters &parameters() const { return model_.parameters; }
     const Level &level(int level) const { return model_.levels[static_cast<std::size_t>(level)]; }
     const LevelDirectory &directory(int level) const { return *directories_[static_cast<std::size_t>(level)]; }
     std::vector<ChunkSlot> &states(int level) { return states_[static_cast<std::size_t>(level)]; }
@@ -68,7 +69,7 @@ class ChosenModel {
         std::vector<LevelState> levels(1);
         for (int level = 1; level <= depth(); ++level)
             levels.push_back({.directory = &directory(level), .chunks = states(level)});
-        return select_detail(grid(), reader_.header().root.value({StreamKind::radius}), levels, view);
+        return select_detail(model_.parameters, reader_.header().root.value({StreamKind::radius}), levels, view);
     }
 
     // For each finest point: the number of runs that show it or an ancestor.
@@ -376,7 +377,7 @@ TEST(DetailSelection, AsksForDirectoriesOnlyWhereTheyAreNeeded) {
     for (int known = 0; known <= finest; ++known) {
         if (known > 0)
             levels.push_back({.directory = &model.directory(known), .chunks = model.states(known)});
-        EXPECT_EQ(select_detail(model.grid(), 255, levels, view).needs_directory, known < finest) << known;
+        EXPECT_EQ(select_detail(model.parameters(), 255, levels, view).needs_directory, known < finest) << known;
     }
 }
 

@@ -85,8 +85,9 @@ TEST(ReferenceRenderer, DepthIsThatOfThePlaneInPerspective) {
     }
 }
 
-TEST(ReferenceRenderer, PointsThatFaceAwayAreNotDrawn) {
-    const Camera camera = camera_in_front({8, 8, 8}, 50);
+TEST(ReferenceRenderer, PointsThatFaceAwayAreNotDrawnWhereBacksAreHidden) {
+    Camera camera = camera_in_front({8, 8, 8}, 50);
+    camera.backs = Backs::hide;
     EXPECT_EQ(draw(make_wall(4, 8, {0, 0, -1}), camera).covered(), 0U);
     EXPECT_GT(draw(make_wall(4, 8, {0, 0, 1}), camera).covered(), 300U);
 }
@@ -168,7 +169,7 @@ TEST(ReferenceRenderer, PicturesOfAnyShapeAreFilled) {
                   static_cast<std::size_t>(size.x * size.y));
 }
 
-TEST(ReferenceRenderer, PointsBehindOrAroundTheEyeAreLeftOut) {
+TEST(ReferenceRenderer, PointsBehindTheEyeAreLeftOut) {
     const Model model = make_test_model(4, {{{8, 8, 2}}, {{8, 8, 8}}, {{8, 8, 14}}});
     Camera camera = camera_in_front({8.5, 8.5, 2.5}, 6); // the eye is inside the middle voxel
     const Picture picture = draw(model, camera);

@@ -274,7 +274,7 @@ struct BricksWithOffsets {
 };
 
 BricksWithOffsets find_offsets(const Detail &detail, const DetailView &view) {
-    const Projection projection(in_unit_grid(view.camera, model().parameters.grid), view.width, view.height);
+    const Projection projection(in_unit_grid(view.camera, model().parameters), view.width, view.height);
     const FrameGeometry frame(projection, view.width, view.height);
     BricksWithOffsets bricks;
     for (const PointRun &run : detail.runs) {

@@ -145,7 +145,7 @@ TEST(Ground, ItsBorderIsBlendedWithThePanoramaWhateverTheScratchHolds) {
     const auto surroundings = surroundings_of(model);
     const Appearance appearance(model.parameters);
     constexpr std::size_t kWidth = 640;
-    const Projection projection(in_unit_grid(look_from({0.4, -0.9, 2.5}, {0, -1.9, -2}), model.parameters.grid), kWidth,
+    const Projection projection(in_unit_grid(look_from({0.4, -0.9, 2.5}, {0, -1.9, -2}), model.parameters), kWidth,
                                 480);
     const SurroundingsView view(surroundings.get(), appearance, projection, {});
     for (int y = 0; y < 480; ++y) {

@@ -7,7 +7,8 @@
 
 namespace pbm {
 
-// Narrows rows and columns of the bricks, and bounds the depths of their pixels, as they are drawn by draw_bricks.
+// Narrows rows and columns of the bricks, and bounds the depths of their pixels, as splats are drawn: as blocks or as
+// ellipses, see SeenBrick::block.
 void bound_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<SeenBrick> bricks);
 
 } // namespace pbm

@@ -1,5 +1,6 @@
-#include "pbm_render/fast/brick_bounds.h"
+#include "pbm_render/splats/brick_bounds.h"
 
+#include "pbm_render/splats/near_splat.h"
 #include "pbm_render/splats/splat.h"
 
 #include <glm/common.hpp>
@@ -23,16 +24,18 @@ struct SplatReach {
     float steepest;
 };
 
-SplatReach reach_of(const RunGeometry &run) {
-    const float voxel = kPackedLength * run.voxel;
-    if (run.max_offset > 0) // placed
-        return {.across = kPlacedBlockOutlineInset * voxel + run.max_offset,
-                .forward =
-                    kPlacedSteepest * std::numbers::sqrt2_v<float> * kPlacedBlockOutlineInset * voxel + run.max_offset,
+SplatReach reach_of(const RunGeometry &run, bool shows_backs) {
+    const float voxel = kPackedLength * run.voxel, back_inset = shows_backs ? kBackOutlineInset : 0;
+    if (run.max_offset > 0) { // placed
+        const float outline_inset = (kPlacedBlockOutlineInset + back_inset) * voxel;
+        return {.across = outline_inset + run.max_offset,
+                .forward = kPlacedSteepest * std::numbers::sqrt2_v<float> * outline_inset + run.max_offset,
                 .steepest = kPlacedSteepest};
-    const float max_inset = (kPackedInsetMask / kPackedInsetScale + kGrazingInset) * voxel;
-    return {.across = kBlockOutlineInset * voxel,
-            .forward = kSteepest * std::numbers::sqrt2_v<float> * max_inset + max_inset,
+    }
+    const float outline_inset = (kBlockOutlineInset + back_inset) * voxel,
+                max_inset = (kPackedInsetMask / kPackedInsetScale + kGrazingInset) * voxel;
+    return {.across = outline_inset,
+            .forward = kSteepest * std::numbers::sqrt2_v<float> * std::max(max_inset, outline_inset) + max_inset,
             .steepest = kSteepest};
 }
 
@@ -43,15 +46,19 @@ void bound_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<
     const auto &[step_x, step_y, step_z] = run.steps;
     const glm::vec3 to_middle = kHalf * (step_x + step_y + step_z);
     const float deep = kHalf * (std::abs(step_x.z) + std::abs(step_y.z) + std::abs(step_z.z));
-    const SplatReach reach = reach_of(run);
+    const SplatReach reach = reach_of(run, frame.shows_backs);
     const auto width = static_cast<float>(frame.width), height = static_cast<float>(frame.height);
     const std::span<const BrickRecord> records = run.run->chunk->bricks;
     for (SeenBrick &it : bricks) {
         const glm::vec3 middle = glm::vec3(it.u, it.v, it.w) + to_middle;
         const float nearest = middle.z - deep;
-        if (nearest <= deep) // the eye is near
+        const float largest = frame.radii[records[it.brick].largest_radius];
+        if (nearest <= deep + kMinRadii * largest + kMinVoxels * run.voxel) // the eye is near
             continue;
         const float x = middle.x / middle.z, y = middle.y / middle.z, pixels = 1 / nearest;
+        const auto clamped = [](float v, float end) { return static_cast<std::int32_t>(std::clamp(v, 0.0F, end)); };
+        const float block = static_cast<float>(it.block) / 2; // from its middle to the outermost pixels' centres
+        const float farthest_pixel = (middle.z + deep) * frame.inverse_focal;
         const float half_x =
             kHalf * pixels *
             (std::abs(step_x.x - x * step_x.z) + std::abs(step_y.x - x * step_y.z) + std::abs(step_z.x - x * step_z.z));
@@ -62,17 +69,13 @@ void bound_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<
         const float ray_x = (std::abs(x - frame.middle_x) + half_x) * frame.inverse_focal;
         const float ray_y = (std::abs(y - frame.middle_y) + half_y) * frame.inverse_focal;
         const float stretch = std::sqrt(1 + ray_x * ray_x + ray_y * ray_y);
-        // From the middle of a block to the outermost of its pixels' centres, along each axis.
-        const float block = static_cast<float>(it.block) / 2;
-        const float radius = it.block == 0 ? stretch * frame.radii[records[it.brick].largest_radius] : 0;
+        const float radius = it.block == 0 ? stretch * largest : 0;
         const float splat = it.block == 0 ? radius * frame.focal * pixels : block;
         const float around = reach.across * stretch * frame.focal * pixels + splat + kPixelSlack + 0.5F;
-        const auto clamped = [](float v, float end) { return static_cast<std::int32_t>(std::clamp(v, 0.0F, end)); };
         it.left = clamped(x - half_x - around, width);
         it.right = clamped(x + half_x + around + 1, width);
         it.top = std::max(it.top, clamped(y - half_y - around, height));
         it.bottom = std::min(it.bottom, clamped(y + half_y + around + 1, height));
-        const float farthest_pixel = (middle.z + deep) * frame.inverse_focal;
         const float slope = 2 * reach.steepest * (it.block == 0 ? radius : block * farthest_pixel);
         it.nearest = std::max(nearest * (1 - kDepthSlack) - reach.forward * stretch - slope, 0.0F);
     }

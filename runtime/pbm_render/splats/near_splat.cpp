@@ -1,0 +1,74 @@
+#include "pbm_render/splats/near_splat.h"
+
+#include "pbm_render/splats/depth_strip.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pbm {
+namespace {
+
+// Neighbouring discs meet at an angle, and close up each gap between them would be seen.
+constexpr float kNearReach = 1.15F;
+
+// Bounds of the pixels along one axis. `across`: of the centre.
+std::array<int, 2> range_of(float across, float depth, float radius, float focal, float middle, int first, int end) {
+    const float nearest = depth - radius, farthest = depth + radius, low = across - radius, high = across + radius;
+    if (nearest <= 0.01F * radius)
+        return {first, end};
+    const auto pixel = [&](float value) {
+        return static_cast<int>(std::clamp(middle + focal * value, static_cast<float>(first), static_cast<float>(end)));
+    };
+    return {pixel(std::min(low / nearest, low / farthest)),
+            std::min(pixel(std::max(high / nearest, high / farthest)) + 1, end)};
+}
+
+} // namespace
+
+PixelBox bounds_of(const NearSplat &splat, const FrameGeometry &frame, const PixelBox &picture) {
+    const auto [x, y, depth] = splat.centre;
+    const float radius = kNearReach * splat.radius;
+    if (depth + radius <= 0)
+        return {0, 0, 0, 0};
+    const auto [left, right] = range_of(x, depth, radius, frame.focal, frame.middle_x, picture.left, picture.right);
+    const auto [top, bottom] = range_of(y, depth, radius, frame.focal, frame.middle_y, picture.top, picture.bottom);
+    return {left, right, top, bottom};
+}
+
+void find_depths(const NearSplat &splat, const FrameGeometry &frame, int y, int left, std::span<float> depths) {
+    constexpr float kNothing = std::numeric_limits<float>::infinity();
+    const auto [x0, y0, z0] = splat.centre;
+    const auto [nx, ny, nz] = splat.normal;
+    const float ray_y = (static_cast<float>(y) + 0.5F - frame.middle_y) * frame.inverse_focal;
+    const float along = nx * x0 + ny * y0 + nz * z0, row = ny * ray_y + nz;
+    const float first_x = (static_cast<float>(left) + 0.5F - frame.middle_x) * frame.inverse_focal;
+    const float radius2 = splat.radius * splat.radius, max2 = kNearReach * kNearReach * radius2,
+                cone = splat.cone / radius2;
+    for (std::size_t i = 0; i < depths.size(); ++i) { // without branches: the compiler makes vectors of it
+        const float ray_x = first_x + static_cast<float>(i) * frame.inverse_focal;
+        const float depth = along / (nx * ray_x + row);
+        const float x = depth * ray_x - x0, y1 = depth * ray_y - y0, z = depth - z0;
+        const float distance2 = x * x + y1 * y1 + z * z;
+        const bool is_seen = distance2 <= max2 && depth > 0; // false for depths that are no numbers
+        depths[i] = is_seen ? depth + cone * distance2 : kNothing;
+    }
+}
+
+void draw_near(std::span<const NearSplat> splats, const FrameGeometry &frame, DepthStrip &strip) {
+    std::array<float, 64> depths;
+    for (const NearSplat &splat : splats) {
+        const PixelBox box = bounds_of(splat, frame, {0, strip.width, strip.top, strip.bottom});
+        for (int y = box.top; y < box.bottom; ++y)
+            for (int x = box.left; x < box.right; x += static_cast<int>(depths.size())) {
+                const auto count = std::min(depths.size(), static_cast<std::size_t>(box.right - x));
+                find_depths(splat, frame, y, x, std::span(depths).first(count));
+                double *const pixels = strip.pixels.data() + strip.offset(x, y);
+                for (std::size_t i = 0; i < count; ++i)
+                    if (depths[i] < std::numeric_limits<float>::infinity())
+                        pixels[i] = std::min(pixels[i], DepthStrip::pixel(depths[i], splat.id));
+            }
+    }
+}
+
+} // namespace pbm

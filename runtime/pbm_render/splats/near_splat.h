@@ -1,0 +1,44 @@
+// Splats around the eye: discs that each ray meets exactly. The ellipses of splat.h do not hold there, since a disc may
+// reach behind the eye.
+// Based on: Botsch, Hornung, Zwicker, Kobbelt. High-Quality Surface Splatting on Today's GPUs. 2005 (ray casting of
+// discs)
+#pragma once
+
+#include "pbm_render/bricks/frame_geometry.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace pbm {
+
+struct DepthStrip;
+
+// A point nearer to the eye, in depth, than kMinRadii splat radii + kMinVoxels voxels is drawn as such a disc.
+inline constexpr float kMinRadii = 1.25F, kMinVoxels = 2;
+
+// Eye space (EyeNormal), lengths in grid edges.
+struct NearSplat {
+    std::array<float, 3> centre;
+    std::array<float, 3> normal; // unit; either side may face the eye
+    float radius;
+    float cone; // added to the depth of the outline
+    std::uint32_t id;
+};
+
+// Pixels left .. right - 1 of rows top .. bottom - 1.
+struct PixelBox {
+    int left, right, top, bottom;
+};
+
+// Bounds of the pixels that show the splat, within `picture`.
+PixelBox bounds_of(const NearSplat &splat, const FrameGeometry &frame, const PixelBox &picture);
+
+// Writes the depths, grid edges, of the pixels of row `y` from column `left` on; infinity where they do not show the
+// splat.
+void find_depths(const NearSplat &splat, const FrameGeometry &frame, int y, int left, std::span<float> depths);
+
+// Draws the splats where they are nearer than the strip's depths.
+void draw_near(std::span<const NearSplat> splats, const FrameGeometry &frame, DepthStrip &strip);
+
+} // namespace pbm
