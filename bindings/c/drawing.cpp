@@ -35,12 +35,26 @@ Status check_size(std::int32_t width, std::int32_t height) {
 
 bool is_finite(const glm::dvec3 &v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
+Result<Backs> backs_of(std::int32_t from) {
+    switch (from) {
+    case PBM_BACKS_AUTO: return Backs::automatic;
+    case PBM_BACKS_SHOWN: return Backs::show;
+    case PBM_BACKS_HIDDEN: return Backs::hide;
+    default: return usage("camera.backs is " + std::to_string(from) + ", not 0, 1 or 2");
+    }
+}
+
 Result<Camera> camera_of(const pbm_camera &from) {
+    const Result<Backs> backs = backs_of(from.backs);
+    if (!backs)
+        return backs.error();
     Camera camera{.position = vector_of(from.position),
                   .focal_point = vector_of(from.focal_point),
                   .up = vector_of(from.up),
                   .view_angle = from.view_angle == 0 ? kDefaultViewAngle : from.view_angle,
-                  .orthographic = from.orthographic != 0};
+                  .orthographic = from.orthographic != 0,
+                  .clip = {},
+                  .backs = *backs};
     if ((from.clip & ~static_cast<std::uint32_t>(PBM_CLIP_PLANE | PBM_CLIP_BOX)) != 0)
         return usage("camera.clip has unknown bits");
     if ((from.clip & PBM_CLIP_PLANE) != 0) {
@@ -160,19 +174,18 @@ Status choose_camera(OpenModel &model, std::int32_t width, std::int32_t height, 
     return fill_structure(to, "camera", [&](pbm_camera &camera) -> Status {
         if (Status sized = check_size(width, height); !sized)
             return sized;
-        const Result<std::span<const Bytes>> masks = model.coarse_masks();
-        if (!masks)
-            return masks.error();
+        const Result<std::span<const Level>> levels = model.coarse_levels();
+        if (!levels)
+            return levels.error();
         const Grid &grid = model.reader.parameters().grid;
-        const std::vector<ByteView> views(masks->begin(), masks->end());
-        const Camera chosen =
-            default_camera(find_extent(grid, views, static_cast<int>(views.size()) - 1), grid.up, width, height);
+        const Camera chosen = default_camera(find_extent(grid, *levels), grid.up, width, height);
         copy_to(camera.position, chosen.position);
         copy_to(camera.focal_point, chosen.focal_point);
         copy_to(camera.up, chosen.up);
         camera.view_angle = chosen.view_angle;
         camera.orthographic = 0;
         camera.clip = 0;
+        camera.backs = PBM_BACKS_AUTO;
         return {};
     });
 }

@@ -38,12 +38,12 @@ constexpr std::size_t kMaxCoarsePoints = std::size_t{1} << 3 * kCoarseLevel;
 // Fills the box around the voxels of a coarse level.
 Status find_box(OpenModel &model, pbm_info &info) {
     const Grid &grid = model.reader.parameters().grid;
-    const Result<std::span<const Bytes>> masks = model.coarse_masks();
-    if (!masks)
-        return masks.error();
+    const Result<std::span<const Level>> levels = model.coarse_levels();
+    if (!levels)
+        return levels.error();
     std::vector<MortonCode> codes{0};
-    for (const Bytes &of_level : masks->subspan(1)) {
-        Result<std::vector<MortonCode>> below = expand_level(codes, of_level, kMaxCoarsePoints);
+    for (const Level &next : levels->subspan(1)) {
+        Result<std::vector<MortonCode>> below = expand_level(codes, next.masks, kMaxCoarsePoints);
         if (!below)
             return below.error();
         codes = std::move(*below);
@@ -56,7 +56,7 @@ Status find_box(OpenModel &model, pbm_info &info) {
             highest[axis] = std::max(highest[axis], at[axis] + 1);
         }
     }
-    const double edge = grid.voxel_size_at(static_cast<int>(masks->size()) - 1);
+    const double edge = grid.voxel_size_at(static_cast<int>(levels->size()) - 1);
     for (std::size_t axis = 0; axis < 3; ++axis) {
         info.lowest[axis] = grid.origin[axis] + lowest[axis] * edge;
         info.highest[axis] = grid.origin[axis] + highest[axis] * edge;
@@ -192,18 +192,17 @@ OpenModel::OpenModel(FileBytes of, Reader opened)
     : bytes(std::move(of)), reader(std::move(opened)), metadata(reader.metadata()) {}
 OpenModel::~OpenModel() = default;
 
-Result<std::span<const Bytes>> OpenModel::coarse_masks() {
-    if (coarse_masks_.empty()) {
+Result<std::span<const Level>> OpenModel::coarse_levels() {
+    if (coarse_levels_.empty()) {
         const int level = std::min(kCoarseLevel, reader.depth());
         if (const Status fetched = fetch_levels(*this, level); !fetched)
             return fetched.error();
         Result<Model> coarse = load_points(reader, {.max_level = level, .threads = 1});
         if (!coarse)
             return coarse.error();
-        for (Level &here : coarse->levels)
-            coarse_masks_.push_back(std::move(here.masks));
+        coarse_levels_ = std::move(coarse->levels);
     }
-    return std::span<const Bytes>(coarse_masks_);
+    return std::span<const Level>(coarse_levels_);
 }
 
 Result<const LevelDirectory *> OpenModel::directory(int level) {

@@ -73,11 +73,10 @@ struct OpenModel {
     // The directory of a level. Fetches those of the levels above, too. Throws Pending.
     Result<const LevelDirectory *> directory(int level);
 
-    // Child masks of the levels 1 .. kCoarseLevel, as far as there are any, at their numbers. Reads them once. Throws
-    // Pending.
+    // Levels 0 .. kCoarseLevel, as far as there are any. Reads them once. Throws Pending.
     //
     // errors  as load_points
-    Result<std::span<const Bytes>> coarse_masks();
+    Result<std::span<const Level>> coarse_levels();
 
     FileBytes bytes;
     Reader reader;
@@ -85,7 +84,7 @@ struct OpenModel {
     std::unique_ptr<Drawing> drawing; // created on first use
 
   private:
-    std::vector<Bytes> coarse_masks_; // empty: not read yet
+    std::vector<Level> coarse_levels_; // empty: not read yet
 };
 
 Handles<pbm_model, OpenModel> &models();

@@ -233,6 +233,11 @@ PBM_API pbm_code pbm_read_points(pbm_model *model, int32_t level, const pbm_poin
 // Bits of pbm_camera.clip.
 enum { PBM_CLIP_PLANE = 1, PBM_CLIP_BOX = 2 };
 
+// Whether points that face away from the eye are drawn: the sides that their normals do not lead to. PBM_BACKS_AUTO:
+// unless the file says that its surface is closed; then no back can be seen. Without backs, rooms are seen into from
+// outside.
+typedef enum pbm_backs { PBM_BACKS_AUTO = 0, PBM_BACKS_SHOWN = 1, PBM_BACKS_HIDDEN = 2 } pbm_backs;
+
 // A pinhole camera, or an orthographic one that sees as much of the focal point's plane. Lengths are model units.
 typedef struct pbm_camera {
     size_t struct_size;
@@ -246,6 +251,7 @@ typedef struct pbm_camera {
     double plane_normal[3]; // leads to the side that is kept; of any length
     double box_lowest[3];
     double box_highest[3]; // what lies inside is kept
+    int32_t backs;         // pbm_backs
 } pbm_camera;
 
 // A camera in front of the model that sees all of it in a picture of this size (pixels, 1 .. 32768).

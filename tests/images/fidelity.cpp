@@ -64,12 +64,13 @@ FidelityFigures &FidelityFigures::operator+=(const FidelityFigures &o) {
     return *this;
 }
 
-PictureTruth::PictureTruth(RayImage image, int picture_width) : rays(std::move(image)), outside(rays.depths) {
+PictureTruth::PictureTruth(RayImage image, int picture_width, bool shows_backs)
+    : rays(std::move(image)), outside(rays.depths) {
     const auto lesser = [](float a, float b) { return std::min(a, b); };
     const auto greater = [](float a, float b) { return std::max(a, b); };
     const auto width = static_cast<std::size_t>(picture_width);
     for (std::size_t i = 0; i < outside.size(); ++i)
-        outside[i] = rays.inside[i] != 0 ? kEmpty : outside[i];
+        outside[i] = rays.inside[i] != 0 && !shows_backs ? kEmpty : outside[i];
     nearest = around(rays.depths, width, 1, lesser);
     farthest = around(rays.depths, width, 1, greater);
     farthest_outside_1 = around(outside, width, 1, greater);
@@ -158,7 +159,7 @@ Draw draw_detail(StreamedModel &model, FastRenderer &fast, double max_error, int
     };
 }
 
-std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, int height) {
+std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, int height, bool all_round) {
     const Camera front = camera_around(bounds, up, width, height);
     const glm::dvec3 out = front.position - front.focal_point;
     const glm::dvec3 side = glm::cross(glm::normalize(front.up), out);
@@ -166,7 +167,8 @@ std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, in
     for (std::size_t i = 0; i < views.size(); ++i) {
         const double azimuth =
             glm::radians(i < 4 ? 90.0 * static_cast<double>(i) : 90.0 * static_cast<double>(i) - 315);
-        const double elevation = glm::radians(i < 4 ? 0.0 : 35.0);
+        const double raised = all_round && i % 2 == 1 ? -35 : 35;
+        const double elevation = glm::radians(i < 4 ? 0.0 : raised);
         views[i] = front;
         views[i].position = front.focal_point +
                             std::cos(elevation) * (std::cos(azimuth) * out + std::sin(azimuth) * side) +

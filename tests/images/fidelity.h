@@ -16,8 +16,8 @@
 
 namespace pbm {
 
-// Counts of pixels. "Interior" are those inside the rays' silhouette by more than 2 pixels, and not within 2 pixels of
-// a ray that sees the mesh from inside: points that face away are not drawn, so an open mesh cannot be judged there.
+// Counts of pixels. "Interior" are those inside the rays' silhouette by more than 2 pixels and, where pictures show no
+// backs, not within 2 pixels of a ray that sees the mesh from inside: an open mesh cannot be judged there.
 struct FidelityFigures {
     std::uint64_t object = 0; // pixels whose ray hits the mesh
     std::uint64_t interior = 0;
@@ -48,14 +48,15 @@ inline constexpr float kSeeThroughVoxels = 4;
 // What rays say of a picture's pixels and of those around them: [height][width]. Pixels beyond the picture's border
 // have no hit: +infinity.
 struct PictureTruth {
-    PictureTruth(RayImage image, int width);
+    // `shows_backs`: what rays see from inside is part of the picture.
+    PictureTruth(RayImage image, int width, bool shows_backs = false);
 
     bool is_interior(std::size_t at) const { return farthest_outside_2[at] < std::numeric_limits<float>::infinity(); }
 
     RayImage rays;
     std::vector<float> nearest, farthest; // hits within 1 pixel
-    // Depths of those that see the mesh from outside; others are +infinity, so that one test covers both kinds of
-    // border.
+    // Depths of those that see the mesh from outside, or at all if backs are shown; others are +infinity, so that one
+    // test covers both kinds of border.
     std::vector<float> outside;
     std::vector<float> farthest_outside_1, farthest_outside_2; // of them within 1 and 2 pixels
 };
@@ -78,8 +79,9 @@ Draw draw_detail(StreamedModel &model, FastRenderer &fast, double max_error, int
                  const RenderOptions &options = {}, FineRenderer *fine = nullptr,
                  const std::function<void(std::span<PointRun>)> &change = {});
 
-// Eight views of the whole model: four around it at the height of its centre, four between them from 35 degrees above.
-std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, int height);
+// Eight views of the whole model: four around it at the height of its centre, and four between them from 35 degrees
+// above, or all round: two of them from 35 degrees below.
+std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, int height, bool all_round = false);
 
 struct View {
     RenderStatistics drawn;

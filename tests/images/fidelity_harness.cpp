@@ -9,6 +9,7 @@
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 #include "pbm_render/appearance/shade_table.h"
+#include "pbm_render/camera/unit_grid.h"
 #include "pbm_scan/surface_reader.h"
 #include "shadow_truth.h"
 #include "surface_oracle.h"
@@ -129,9 +130,11 @@ struct NamedView {
     double pixels_per_voxel; // of the finest level, at the middle
 };
 
-std::vector<NamedView> choose_views(const RayCaster &rays, const Sphere &bounds, const Grid &grid,
+std::vector<NamedView> choose_views(const RayCaster &rays, const Sphere &bounds, const ModelParameters &parameters,
                                     const Options &options) {
-    const auto whole = eight_views(bounds, grid.up, options.resolution.x, options.resolution.y);
+    const Grid &grid = parameters.grid;
+    const auto whole =
+        eight_views(bounds, grid.up, options.resolution.x, options.resolution.y, shows_backs(Camera{}, parameters));
     std::vector<NamedView> views;
     for (std::size_t i = 0; i < static_cast<std::size_t>(options.views); ++i) {
         const double distance = glm::length(whole[i].position - whole[i].focal_point);
@@ -224,11 +227,12 @@ void measure(const RayCaster &rays, const Subject &subject, const ModelParameter
                             .lights = lights,
                             .light_origin = {origin[0], origin[1], origin[2]},
                             .edge = parameters.grid.edge(),
+                            .shows_backs = shows_backs(Camera{}, parameters),
                             .shadowed = options.shadows ? parameters.attributes.lights : 0};
     Drawing drawing(options.resolution.x, options.resolution.y);
     for (const NamedView &view : views) {
         const PictureTruth truth(rays.cast(view.camera, options.resolution.x, options.resolution.y, 0),
-                                 options.resolution.x);
+                                 options.resolution.x, scene.shows_backs);
         std::vector<Srgb> colours;
         if (options.shading)
             colours = trace(scene, view.camera, options.resolution.x, options.resolution.y, options.samples, 0);
@@ -300,7 +304,7 @@ int run(const Options &options) {
         }
     }
 
-    const std::vector<NamedView> views = choose_views(rays, bounds, parameters.grid, options);
+    const std::vector<NamedView> views = choose_views(rays, bounds, parameters, options);
     measure(rays, subject, parameters, views, renderers, options);
     std::vector<ShadowFigures> shadows;
     if (options.shadow_flags)

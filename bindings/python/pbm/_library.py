@@ -46,7 +46,7 @@ class Camera(Sized):
     _fields_ = [("struct_size", c_size_t), ("position", c_double * 3), ("focal_point", c_double * 3),
                 ("up", c_double * 3), ("view_angle", c_double), ("orthographic", c_int32), ("clip", c_uint32),
                 ("plane_point", c_double * 3), ("plane_normal", c_double * 3), ("box_lowest", c_double * 3),
-                ("box_highest", c_double * 3)]
+                ("box_highest", c_double * 3), ("backs", c_int32)]
 
 
 class RenderOptions(Sized):

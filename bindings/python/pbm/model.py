@@ -82,6 +82,9 @@ class Info:
         return f"Info(points={self.points}, depth={self.depth}, voxel_size={self.voxel_size}, unit={self.unit!r})"
 
 
+_BACKS = ("auto", "show", "hide")
+
+
 class Camera:
     """A pinhole camera, or an orthographic one that sees as much of the focal point's plane.
 
@@ -90,14 +93,16 @@ class Camera:
     view_angle             vertical, degrees, above 0 and below 180
     clip_plane             (point [3], normal [3]): what lies on the normal's side is kept
     clip_box               (lowest [3], highest [3]): what lies inside is kept
+    backs                  whether points that face away are drawn: "show", "hide", or "auto": unless the file says that
+                           its surface is closed
     """
 
-    __slots__ = ("position", "focal_point", "up", "view_angle", "orthographic", "clip_plane", "clip_box")
+    __slots__ = ("position", "focal_point", "up", "view_angle", "orthographic", "clip_plane", "clip_box", "backs")
 
     def __init__(self, position: Sequence[float], focal_point: Sequence[float], up: Sequence[float] = (0, 1, 0),
                  view_angle: float = 30, orthographic: bool = False,
                  clip_plane: tuple[Sequence[float], Sequence[float]] | None = None,
-                 clip_box: tuple[Sequence[float], Sequence[float]] | None = None) -> None:
+                 clip_box: tuple[Sequence[float], Sequence[float]] | None = None, backs: str = "auto") -> None:
         self.position = np.array(position, float)
         self.focal_point = np.array(focal_point, float)
         self.up = np.array(up, float)
@@ -105,6 +110,7 @@ class Camera:
         self.orthographic = orthographic
         self.clip_plane = clip_plane
         self.clip_box = clip_box
+        self.backs = backs
 
     def orbited(self, degrees: float) -> Camera:
         """The camera after a turn about the axis through the focal point along `up`, counter-clockwise from above."""
@@ -113,13 +119,16 @@ class Camera:
         along = axis * (axis @ offset)
         turned = along + np.cos(angle) * (offset - along) + np.sin(angle) * np.cross(axis, offset)
         return Camera(self.focal_point + turned, self.focal_point, self.up, self.view_angle, self.orthographic,
-                      self.clip_plane, self.clip_box)
+                      self.clip_plane, self.clip_box, self.backs)
 
     def __repr__(self) -> str:
         return f"Camera({self.position.tolist()}, {self.focal_point.tolist()}, {self.up.tolist()}, {self.view_angle})"
 
     def _raw(self) -> _library.Camera:
-        raw = _library.Camera(view_angle=np.radians(self.view_angle), orthographic=int(self.orthographic))
+        if self.backs not in _BACKS:
+            raise UsageError(f"backs of the camera is {self.backs!r}, not one of {', '.join(_BACKS)}")
+        raw = _library.Camera(view_angle=np.radians(self.view_angle), orthographic=int(self.orthographic),
+                              backs=_BACKS.index(self.backs))
         triples = [("position", self.position), ("focal_point", self.focal_point), ("up", self.up)]
         if self.clip_plane is not None:
             raw.clip |= 1

@@ -64,6 +64,9 @@ export interface Camera {
     clipPlane?: { point: Vector; normal: Vector };
     /** Cuts the model open: what lies inside is kept. */
     clipBox?: { lowest: Vector; highest: Vector };
+    /** Whether points that face away from the eye are drawn. Default: "auto", unless the file says that its surface is
+     *  closed. Without backs, rooms are seen into from outside. */
+    backs?: "auto" | "show" | "hide";
 }
 
 /** What is known of a model without its points. */

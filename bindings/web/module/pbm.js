@@ -14,6 +14,7 @@ const USE_BACKGROUND = 1;
 const LEAVE_OUT = { texture: 2, colours: 4, shadows: 8, ground: 16, panorama: 32, reflections: 64 };
 const CLIP_PLANE = 1,
     CLIP_BOX = 2;
+const BACKS = { auto: 0, show: 1, hide: 2 };
 const QUALITIES = { fast: 0, fine: 1 };
 const DEPTH_CUES = { none: 0, "eye-dome": 1, "ambient-occlusion": 2 };
 const LEVELS = { full: 0, quick: 1, deep: 2 };
@@ -196,6 +197,7 @@ function writeCamera(memory, address, camera) {
         planeNormal: clipPlane?.normal,
         boxLowest: clipBox?.lowest,
         boxHighest: clipBox?.highest,
+        backs: oneOf(BACKS, camera.backs ?? "auto", "backs"),
     });
 }
 

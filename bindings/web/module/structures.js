@@ -27,7 +27,7 @@ export const INFO = structure(
 );
 export const CAMERA = structure(
     "u32 structSize, f64 position 3, f64 focalPoint 3, f64 up 3, f64 viewAngle, i32 orthographic, u32 clip, " +
-        "f64 planePoint 3, f64 planeNormal 3, f64 boxLowest 3, f64 boxHighest 3",
+        "f64 planePoint 3, f64 planeNormal 3, f64 boxLowest 3, f64 boxHighest 3, i32 backs",
 );
 export const OPTIONS = structure(
     "u32 structSize, i32 quality, i32 samples, i32 depthCue, u32 flags, u8 background 4, i32 finestLevel, f64 maxError, " +

@@ -18,6 +18,8 @@
 //   background     a CSS colour; default transparent
 //   quality        fast: one colour a point; fine: smooth, as pbm-render draws, once the view rests; auto (default):
 //                  as fine as can be drawn in 1.5 seconds
+//   backs          show: points are seen from both sides; hide: rooms are seen into from outside; auto (default): shown,
+//                  unless the file says that its surface is closed
 //   poster         address of a picture that is shown until the model is; or give an element slot="poster"
 //   loading        auto (default) and lazy: once the element comes near the visible part of the page; eager: at once
 //   reveal         auto (default): the poster goes with the first picture; manual: with dismissPoster()
@@ -140,6 +142,7 @@ export class PbmViewer extends HTMLElement {
     alt: string | null;
     poster: string | null;
     quality: "auto" | "fast" | "fine" | null;
+    backs: "auto" | "show" | "hide" | null;
     cameraOrbit: string | null;
     cameraTarget: string | null;
     fieldOfView: string | null;

@@ -23,7 +23,7 @@ const FAILURES_TOLD = 3; // in a row, before a network failure is an error event
 
 class PbmViewer extends HTMLElement {
     static observedAttributes = (
-        "src poster quality auto-rotate camera-orbit camera-target field-of-view background loading reveal controls alt"
+        "src poster quality backs auto-rotate camera-orbit camera-target field-of-view background loading reveal controls alt"
     ).split(" ");
 
     #parts = {}; // by id
@@ -528,6 +528,7 @@ class PbmViewer extends HTMLElement {
             moving,
             background: colour(this.getAttribute("background") ?? "transparent"),
             quality: this.getAttribute("quality") ?? "auto",
+            backs: this.getAttribute("backs") ?? "auto",
             hotspots: this.#hotspots.places,
         });
     }

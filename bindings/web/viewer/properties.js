@@ -8,6 +8,7 @@ export const PROPERTIES = {
     alt: String,
     poster: String,
     quality: String,
+    backs: String,
     cameraOrbit: String,
     cameraTarget: String,
     fieldOfView: String,

@@ -3,7 +3,7 @@
 // Messages to the worker                                    and from it
 //   start {canvas, url | blob, maxMemory}                     opened {info, camera, aspect}   the model is open
 //   view {camera, width, height, moving, background,          framed {camera, aspect}  default camera of a new size
-//         quality, hotspots}                                  frame {camera, width, height, complete, visible,
+//         quality, backs, hotspots}                           frame {camera, width, height, complete, visible,
 //   pause {paused}                                                   pixels}
 //   ask {id, question, ...}                                   progress {bytes, wanted}
 //                                                             failed {error, fatal, passing}  passing: the next view
@@ -246,7 +246,7 @@ class ViewWorker {
             this.#requestLacking();
             return 0;
         }
-        const camera = full.camera ?? framed;
+        const camera = { ...(full.camera ?? framed), backs: full.backs };
         const quality = samples > 0 ? "fine" : "fast";
         const { pixels, depths, complete, error } = this.#model.render({
             camera,

@@ -66,6 +66,8 @@ std::optional<SavedView> parse_view(const std::string &line) {
             options.clip.plane = parsed(parse_clip_plane(value));
         else if (name == "--clip-box")
             options.clip.box = parsed(parse_clip_box(value));
+        else if (name == "--backs")
+            options.backs = value == "show" ? Backs::show : Backs::hide;
         else if (name == "--projection")
             options.orthographic = value == "orthographic";
     }

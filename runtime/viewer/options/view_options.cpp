@@ -46,6 +46,9 @@ const std::vector<std::pair<std::string, Quality>> kQualities{
 const std::vector<std::pair<std::string, DepthCue>> kDepthCues{
     {"none", DepthCue::none}, {"eye-dome", DepthCue::eye_dome}, {"ambient-occlusion", DepthCue::ambient_occlusion}};
 
+const std::vector<std::pair<std::string, Backs>> kBacks{
+    {"auto", Backs::automatic}, {"show", Backs::show}, {"hide", Backs::hide}};
+
 const std::vector<std::pair<std::string, std::optional<UpAxis>>> kUpAxes{
     {"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}};
 
@@ -59,6 +62,9 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
     command_line::add_choice(line, "--quality", "quality", kQualities, options.look.quality,
                              "fast: one colour a point; fine: points blended, every pixel shaded, several samples, in "
                              "a window when the view rests; auto (default): fine, but videos and --bench fast");
+    command_line::add_choice(line, "--backs", "choice", kBacks, options.backs,
+                             "Sides that normals do not lead to: show; hide: rooms are seen into from outside; auto "
+                             "(default): shown, unless the file says that its surface is closed");
     line.add("--samples", "Of a pixel of fine pictures", &options.look.samples,
              {.check = Integers{1, kMaxSamples}, .shows_default = true});
     line.add("--level", "Finest detail level to draw; default, and above the depth: the finest there is",
@@ -183,6 +189,7 @@ Result<Camera> choose_camera(const ViewOptions &options, const Extent &extent, c
     }
     camera.orthographic = options.orthographic;
     camera.clip = options.clip;
+    camera.backs = options.backs;
     if (!is_usable(camera))
         return Error{ErrorCode::usage, 0,
                      "the camera sees nothing: it stands at its focal point or looks along its view-up, or a number is "
@@ -198,6 +205,7 @@ Result<Camera> choose_turntable(const ViewOptions &options, const Extent &extent
     if (const Status drawable = refuse_far(extent.sphere, camera); !drawable)
         return drawable.error();
     camera.clip = options.clip;
+    camera.backs = options.backs;
     if (options.orthographic) { // shows the sphere around the model
         const double tangent = std::tan(angle / 2) * std::min(1.0, static_cast<double>(size.x) / size.y);
         const glm::dvec3 back = glm::normalize(camera.position - camera.focal_point);
@@ -236,7 +244,8 @@ std::string camera_as_options(const Camera &camera, double view_angle) {
     return " --camera-position=" + vector_text(camera.position) +
            " --camera-focal-point=" + vector_text(camera.focal_point) + " --camera-view-up=" + vector_text(camera.up) +
            " --camera-view-angle=" + number_text(view_angle) +
-           (camera.orthographic ? " --projection=orthographic" : "") + clip_as_options(camera.clip);
+           (camera.orthographic ? " --projection=orthographic" : "") + clip_as_options(camera.clip) +
+           (camera.backs == Backs::automatic ? "" : " --backs=" + word_of(kBacks, camera.backs));
 }
 
 const std::string &word_of(Quality quality) { return word_of(kQualities, quality); }

@@ -27,7 +27,8 @@ struct ViewOptions {
     std::optional<glm::dvec3> position, focal_point, view_up; // model space; absent: the default camera's
     double view_angle = 30;                                   // degrees
     bool orthographic = false;
-    ClipRegion clip;          // model space
+    ClipRegion clip; // model space
+    Backs backs = Backs::automatic;
     std::optional<UpAxis> up; // absent: the grid's
     Renderer renderer = Renderer::fast;
     std::optional<double> max_error;  // pixels; absent: the default of the quality

@@ -125,6 +125,7 @@ class Viewer {
     void look_from(StandardView view);
     void fit();
     void toggle_projection();
+    void switch_backs();
     void save_view(int number);
     void recall_view(int number);
     void focus();

@@ -45,6 +45,17 @@ void Viewer::toggle_projection() {
     notify(camera.orthographic ? "Orthographic" : "Perspective", false);
 }
 
+// Shows or hides backs, whatever the file says of its surface.
+void Viewer::switch_backs() {
+    if (!model_)
+        return;
+    Camera camera = camera_;
+    camera.backs = shows_backs(camera_, model_->parameters()) ? Backs::hide : Backs::show;
+    options_.backs = camera.backs;
+    move_to(camera);
+    notify(camera.backs == Backs::show ? "Backs are shown" : "Backs are hidden: B shows them", false);
+}
+
 void Viewer::save_view(int number) {
     if (!model_)
         return;
@@ -64,6 +75,7 @@ void Viewer::recall_view(int number) {
     options_.view_angle = view->view_angle;
     options_.orthographic = view->camera.orthographic;
     options_.clip = view->camera.clip;
+    options_.backs = view->camera.backs;
     glide_to(view->camera);
 }
 

@@ -73,6 +73,7 @@ void Viewer::handle_view_key(Key key) {
     case Key::view_top: look_from(StandardView::top); break;
     case Key::view_isometric: look_from(StandardView::isometric); break;
     case Key::projection: toggle_projection(); break;
+    case Key::backs: switch_backs(); break;
     case Key::recall_6: recall_view(6); break;
     case Key::recall_7: recall_view(7); break;
     case Key::recall_8: recall_view(8); break;

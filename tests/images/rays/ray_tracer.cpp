@@ -61,8 +61,10 @@ glm::dvec3 reflected_light(const TracedScene &scene, const glm::dvec3 &eye, cons
     const glm::uvec3 &t = scene.mesh.triangles[hit.triangle];
     const SurfaceLook &look = scene.look;
     const std::array<glm::vec3, 3> &normals = look.normals[hit.triangle];
-    const glm::dvec3 normal =
+    const bool is_back = glm::dot(glm::dvec3(hit.face), direction) > 0;
+    const glm::dvec3 front =
         glm::normalize(normals[0] * hit.weights.x + normals[1] * hit.weights.y + normals[2] * hit.weights.z);
+    const glm::dvec3 normal = is_back && scene.shows_backs ? -front : front;
     const int nearest = hit.weights.x >= hit.weights.y ? (hit.weights.x >= hit.weights.z ? 0 : 2)
                                                        : (hit.weights.y >= hit.weights.z ? 1 : 2);
     const Material &material = scene.materials[look.materials.empty() ? 0 : look.materials[t[nearest]]];
@@ -73,7 +75,7 @@ glm::dvec3 reflected_light(const TracedScene &scene, const glm::dvec3 &eye, cons
 
     const glm::dvec3 place = eye + static_cast<double>(hit.distance) * direction;
     const glm::dvec3 to_eye = -glm::normalize(direction);
-    const glm::dvec3 outside = glm::dot(glm::dvec3(hit.face), direction) > 0 ? -hit.face : hit.face;
+    const glm::dvec3 outside = is_back ? -hit.face : hit.face;
     glm::dvec3 light(material.ka);
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         const Light &source = scene.lights[i];

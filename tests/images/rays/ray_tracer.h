@@ -24,6 +24,7 @@ struct TracedScene {
     std::span<const Light> lights;
     glm::dvec3 light_origin{0};  // model space: origin of the positions of lights
     double edge = 1;             // edge of the model's cube, model units; the scale for rounding errors
+    bool shows_backs = false;    // backs are lit like fronts; else they are dark where the light comes from the eye
     int shadowed = 0;            // the first `shadowed` lights cast shadows
     Rgb8 background{51, 51, 51}; // sRGB
 };

@@ -61,6 +61,7 @@ std::vector<OverlayRow> help_rows(CameraMode mode) {
                                          {"Enter", "back to the first view"},
                                          {"1, 2, 3, 4", "from the front, the right, above, a corner"},
                                          {"5", "orthographic or perspective"},
+                                         {"B", "show or hide backs: hidden, rooms are seen into from outside"},
                                          {"Ctrl + 6 to 9; 6 to 9", "save a view; show it"},
                                          {"M", "measure: a click sets a point, Backspace takes it back"},
                                          {"X", "coordinates under the mouse"},

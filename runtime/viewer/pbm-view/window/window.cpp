@@ -37,7 +37,7 @@ Error no_window(const std::string &what) {
             what + (why.empty() ? "" : ": " + why) + "; pbm-render draws without display and OpenGL"};
 }
 
-constexpr std::array<std::pair<int, Key>, 36> kKeys{{{GLFW_KEY_LEFT, Key::left},
+constexpr std::array<std::pair<int, Key>, 37> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_A, Key::left},
                                                      {GLFW_KEY_RIGHT, Key::right},
                                                      {GLFW_KEY_D, Key::right},
@@ -56,6 +56,7 @@ constexpr std::array<std::pair<int, Key>, 36> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_3, Key::view_top},
                                                      {GLFW_KEY_4, Key::view_isometric},
                                                      {GLFW_KEY_5, Key::projection},
+                                                     {GLFW_KEY_B, Key::backs},
                                                      {GLFW_KEY_6, Key::recall_6},
                                                      {GLFW_KEY_7, Key::recall_7},
                                                      {GLFW_KEY_8, Key::recall_8},

@@ -36,6 +36,7 @@ enum class Key {
     view_top,
     view_isometric,
     projection,
+    backs,
     recall_6,
     recall_7,
     recall_8,
