@@ -53,8 +53,8 @@ Status check_hit_count(const Surface &surface, const Bounds &bounds, const Grid 
 }
 
 Status repair(Surface &surface, const BuildOptions &options, StepClock &clock, BuildStatistics &statistics) {
-    if (!options.mesh.any())
-        return {};
+    if (surface.triangles.empty())
+        return repair_mesh(surface, options.mesh, options.threads, statistics); // has only to say so
     return clock.run("mesh", [&] { return repair_mesh(surface, options.mesh, options.threads, statistics); });
 }
 
@@ -233,7 +233,7 @@ Result<Surface> gather(std::vector<Surface> surfaces, const Run &run) {
             continue;
         if (Status repaired = repair(surface, options, run.clock, statistics); !repaired)
             return of_input(surface.name, repaired.error());
-        if (Status good = examine_surface(surface, options.flip_faces, options.strict, statistics); !good)
+        if (Status good = examine_surface(surface, options.strict, statistics); !good)
             return of_input(surface.name, good.error());
         choose_creases(surface, options.crease_angle, threads, statistics);
     }
@@ -298,6 +298,7 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
                                                                           : std::nullopt,
                               .outliers = outliers_of(options),
                               .strict = options.strict,
+                              .keep_signs = options.mesh.winding.keep,
                               .up = request.like ? request.like->up : *request.up};
     Result<VertexNormals> estimated =
         clock.run("normals", [&] { return estimate_normals(surface, points, threads, statistics); });
@@ -322,6 +323,13 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
     return scan;
 }
 
+// Images may cut holes into a closed surface, and points may lie beside it.
+bool shows_closed_surface(const Surface &surface) {
+    return surface.closed && surface.point_count() == 0 &&
+           std::all_of(surface.textures.begin(), surface.textures.end(),
+                       [](const Texture &texture) { return texture.use.least_opacity == 0; });
+}
+
 // Makes the points of a part. The surface stays in `scan`.
 Result<Part> make_part(Prepared &scan, const PartNumber &number, const Run &run) {
     Result<Voxels> voxels = sample_and_voxelize(scan, number, run);
@@ -336,6 +344,7 @@ Result<Part> make_part(Prepared &scan, const PartNumber &number, const Run &run)
     part.parameters.attributes = scan.set;
     part.parameters.fields = std::move(scan.fields);
     part.parameters.materials = choose_materials(scan.surface, scan.set);
+    part.parameters.closed = shows_closed_surface(scan.surface);
     part.metadata = std::move(scan.metadata);
     part.has_points = scan.surface.point_count() > 0;
     part.voxels = std::move(*voxels);
