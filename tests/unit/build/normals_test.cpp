@@ -270,7 +270,9 @@ TEST(GivenNormals, OfAnObjectAreTurnedIfAllPointIntoIt) {
         for (glm::dvec3 &n : truth.normals)
             n = -n;
         EXPECT_TRUE(is_turned(truth));
-        EXPECT_FALSE(is_turned(truth, {.keep_signs = true}));
+        PointRequest keep;
+        keep.keep_signs = true;
+        EXPECT_FALSE(is_turned(truth, keep));
         truth.points.stations = {{0, 0, 0}};
         truth.points.station_ids.assign(truth.normals.size(), 0);
         EXPECT_FALSE(is_turned(truth)) << "a scanner saw them from within";

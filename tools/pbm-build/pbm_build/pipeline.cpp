@@ -219,6 +219,13 @@ Outliers outliers_of(const BuildOptions &options) {
     return grid_is_given && options.outliers == Outliers::drop_strays ? Outliers::keep : options.outliers;
 }
 
+// Images may cut holes into a closed surface, and points may lie beside it.
+bool shows_closed_surface(const Surface &surface) {
+    return surface.closed && surface.point_count() == 0 &&
+           std::all_of(surface.textures.begin(), surface.textures.end(),
+                       [](const Texture &texture) { return texture.use.least_opacity == 0; });
+}
+
 // Repairs, merges and cleans what was read.
 Result<Surface> gather(std::vector<Surface> surfaces, const Run &run) {
     const BuildOptions &options = run.options;
@@ -244,6 +251,7 @@ Result<Surface> gather(std::vector<Surface> surfaces, const Run &run) {
     if (!merged)
         return merged;
     Surface &surface = *merged;
+    surface.closed = shows_closed_surface(surface);
     colour_beside_images(surface);
     statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
     if (outliers_of(options) != Outliers::keep)
@@ -323,13 +331,6 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
     return scan;
 }
 
-// Images may cut holes into a closed surface, and points may lie beside it.
-bool shows_closed_surface(const Surface &surface) {
-    return surface.closed && surface.point_count() == 0 &&
-           std::all_of(surface.textures.begin(), surface.textures.end(),
-                       [](const Texture &texture) { return texture.use.least_opacity == 0; });
-}
-
 // Makes the points of a part. The surface stays in `scan`.
 Result<Part> make_part(Prepared &scan, const PartNumber &number, const Run &run) {
     Result<Voxels> voxels = sample_and_voxelize(scan, number, run);
@@ -344,7 +345,7 @@ Result<Part> make_part(Prepared &scan, const PartNumber &number, const Run &run)
     part.parameters.attributes = scan.set;
     part.parameters.fields = std::move(scan.fields);
     part.parameters.materials = choose_materials(scan.surface, scan.set);
-    part.parameters.closed = shows_closed_surface(scan.surface);
+    part.parameters.closed = scan.surface.closed;
     part.metadata = std::move(scan.metadata);
     part.has_points = scan.surface.point_count() > 0;
     part.voxels = std::move(*voxels);

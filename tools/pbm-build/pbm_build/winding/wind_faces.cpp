@@ -63,14 +63,15 @@ std::vector<std::uint8_t> corners_of(const Surface &surface, const Windings &mes
     return corners;
 }
 
-// Turns the given normals of closed sheets that mostly point inwards. `sums`: of the patches as they are wound now.
+// Turns the given normals of closed sheets of which clearly most, two thirds, point inwards. `sums`: of the patches as
+// they are wound now.
 void turn_inward_normals(Surface &surface, const Windings &mesh, std::span<const FaceSums> sums, Changes &changes) {
     std::vector<FaceSums> sheets(mesh.sheets.size());
     for (std::size_t patch = 0; patch < sums.size(); ++patch)
         sheets[mesh.sheet_of[patch]].add(sums[patch], false);
     std::vector<std::uint8_t> wrong(mesh.sheets.size());
     for (std::size_t i = 0; i < wrong.size(); ++i)
-        wrong[i] = mesh.sheets[i].has_outside() && sheets[i].against > sheets[i].agreeing ? 1 : 0;
+        wrong[i] = mesh.sheets[i].has_outside() && sheets[i].against > 2 * sheets[i].agreeing ? 1 : 0;
     if (std::find(wrong.begin(), wrong.end(), 1) == wrong.end())
         return;
     const std::vector<std::uint8_t> corners = corners_of(surface, mesh, wrong);

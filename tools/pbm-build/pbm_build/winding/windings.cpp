@@ -1,6 +1,5 @@
 #include "pbm_build/winding/windings.h"
 
-#include "pbm_build/surface/face_normal.h"
 #include "pbm_build/surface/parity_sets.h"
 #include "pbm_build/winding/enclosure.h"
 #include "system/threads/parallel.h"
@@ -19,7 +18,7 @@ constexpr double kTie = 1e-9; // of an area: smaller differences may be rounding
 void add_face(const Surface &surface, std::size_t i, FaceSums &sums) {
     const glm::uvec3 &t = surface.triangles[i];
     const glm::dvec3 &a = surface.positions[t.x];
-    const glm::dvec3 normal = face_normal(a, surface.positions[t.y], surface.positions[t.z]);
+    const glm::dvec3 normal = glm::cross(surface.positions[t.y] - a, surface.positions[t.z] - a);
     ++sums.faces;
     sums.area += glm::length(normal) / 2;
     sums.volume += glm::dot(a - surface.positions.front(), normal) / 6;
