@@ -30,6 +30,7 @@ std::uint32_t attributes_of(const Reader &reader) {
     add(set.lights > 0, PBM_HAS_SHADOWS);
     add(parameters.ground.has_value(), PBM_HAS_GROUND);
     add(reader.section(SectionType::panorama) != nullptr, PBM_HAS_PANORAMA);
+    add(parameters.closed, PBM_IS_CLOSED);
     return bits;
 }
 

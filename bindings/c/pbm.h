@@ -163,7 +163,8 @@ enum {
     PBM_HAS_TEXTURE = 4,   // marble or wood
     PBM_HAS_SHADOWS = 8,
     PBM_HAS_GROUND = 16,
-    PBM_HAS_PANORAMA = 32
+    PBM_HAS_PANORAMA = 32,
+    PBM_IS_CLOSED = 64 // its surface bounds volumes, and normals point out of them: from outside no back is visible
 };
 
 typedef struct pbm_info {

@@ -3,6 +3,7 @@
 builds, parts and batches: check_warnings.py ROOT PROGRAMS WORK"""
 
 import json
+import math
 import pathlib
 import shutil
 import struct
@@ -58,6 +59,14 @@ points = [f"{x} {y} {(x * 37 + y * 11) % 7 / 100}" for x in range(30) for y in r
 (work / "grey.png").write_bytes(grey_png(2048))
 (work / "box.obj").write_text(CUBE + INWARDS.partition("\n")[2])
 (work / "inwards.obj").write_text(CUBE + INWARDS)
+right = "".join("f " + " ".join(reversed(face.split()[1:])) + "\n" for face in INWARDS.splitlines())
+(work / "normals.obj").write_text(
+    CUBE + "".join(f"vn {.5 - x} {.5 - y} {.5 - z}\n" for z in (0, 1) for y in (0, 1) for x in (0, 1)) +
+    "".join("f " + " ".join(f"{i}//{i}" for i in face.split()[1:]) + "\n" for face in right.splitlines()))
+edges = [(math.cos(a), math.sin(a), math.cos(a / 2), math.sin(a / 2)) for a in (i * math.pi / 6 for i in range(12))]
+(work / "moebius.obj").write_text(
+    "".join(f"v {c * (1 + s * t)} {d * (1 + s * t)} {s * u}\n" for c, d, t, u in edges for s in (-.3, .3)) +
+    "".join(f"f {2 * i + 1} {2 * i + 3} {2 * i + 4} {2 * i + 2}\n" for i in range(11)) + "f 23 2 1 24\n")
 (work / "colours.obj").write_text(SQUARE.replace(" 0\n", " 0 1 0 0\n") + "f 1 2 3\nf 1 3 4\n")
 (work / "parts.obj").write_text(SQUARE + "v 5 0 0\nv 5.01 0 0\nv 5 0.01 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\n")
 (work / "open.xyz").write_text("\n".join(points))
@@ -82,11 +91,14 @@ CASES = [
     (["flat.obj"], "unusable-geometry"),
     (["steps.ply"], "coordinate-steps"),
     (["plain.obj"], "default-up-axis"),
-    (["inwards.obj"], "inward-faces"),
+    (["inwards.obj", "--no-orient-faces"], "inward-faces"),
+    (["moebius.obj"], "one-sided-sheets"),
     (["stray.xyz", "--keep-outliers"], "kept-outliers"),
     (["open.xyz"], "open-end"),
     (["far.xyz"], "far-coordinates"),
     (["twice.xyz"], "repeated-points"),
+    (["inwards.obj"], "turned-faces"),
+    (["normals.obj"], "turned-normals"),
     (["plain.obj", "--shadows"], "default-lights"),
     (["cloud.xyz"], "estimated-normals"),
     (["sample.ply"], "estimated-up-axis"),

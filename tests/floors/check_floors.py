@@ -50,7 +50,7 @@ ROOMS = {
         "pbm-view/window"],
     "tools/pbm-build/pbm_scan": ["surface", "text", "fields packing", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
     "tools/pbm-build/pbm_build": [
-        "report", "surface", "fields grid images hole_filling", "mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling parts", "panorama", "scene", "."],
+        "report", "surface", "fields grid images hole_filling", "winding", "mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling parts", "panorama", "scene", "."],
     "data/pbm-sample": ["noise", "ammonite points", "ply", "."],
 }
 

@@ -313,6 +313,8 @@ class FreeWriter {
         header.optional_features = random_.below(2) == 0 ? 0 : random_.next();
         if (!model_.parameters.fields.empty())
             header.optional_features |= kFieldsFeature;
+        if (header.closed() != model_.parameters.closed)
+            header.optional_features ^= kClosedFeature;
         header.depth = static_cast<std::uint8_t>(model_.parameters.grid.depth);
         header.point_count = model_.point_count();
         header.content_id = content_id(model_, shapes_, chunk_points_);

@@ -243,6 +243,7 @@ Model random_model(Random &random, std::size_t max_points) {
         const std::uint32_t height = random_edge(random);
         model.images.panorama = random_image(random, 2 * height, height, 3);
     }
+    parameters.closed = once_in(random, 2);
     model.metadata = random_metadata(random);
     return model;
 }

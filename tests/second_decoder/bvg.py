@@ -102,7 +102,7 @@ def check_whole(m):
 def summary(m):
     """What a valid file holds, as lines of text."""
     names = {NORMAL: "normal", RADIUS: "radius", COLOUR: "colour", MATERIAL: "material", TEXEL: "texture value", SHADOW: "shadow"}
-    yield f"  version 1.{m.minor}, {m.points:,} points at depth {m.depth}, {'mapped' if m.mapped else 'packed'}, {len(m.data):,} bytes, {m.raw:,} raw"
+    yield f"  version 1.{m.minor}, {m.points:,} points at depth {m.depth}, {'mapped' if m.mapped else 'packed'}{', closed' if m.closed else ''}, {len(m.data):,} bytes, {m.raw:,} raw"
     yield f"  content_id {m.content_id.hex()}"
     yield f"  grid: corner ({', '.join(f'{c:g}' for c in m.corner)}), voxel size {m.voxel:g}"
     yield "  attributes: " + ", ".join(names[s.kind] + {0: "", 1: " 565", 2: " 888"}[s.format] for s in m.streams)

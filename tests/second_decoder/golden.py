@@ -31,6 +31,8 @@ SCANS = {"1.0": {
     "scan-fields": (6, ("--field", "intensity", "--field", "classification", "--field", "height,max,8")),
     "scan-fields-mapped": (5, ("--field", "intensity=0,100,16", "--store", "mapped", "--panorama", "default", "--panorama-width",
                                "256")),
+}, "1.2": {
+    "scan-closed": (6, ("--field", "intensity", "--colour", "565")),
 }}
 
 def write_scan(path, sample):
@@ -68,6 +70,7 @@ def contents(path):
     return {"file": path.name, "content_id": m.content_id.hex(), "mapped": m.mapped, "points": m.points,
             "levels": [len(level.codes) for level in m.levels], "chunks": [len(chunks) for chunks in m.directories[1:]],
             "attributes": [s.kind for s in m.streams], "materials": len(m.materials), "lights": len(m.lights),
+            **({"closed": True} if m.closed else {}),
             "rasters": [[e.type, e.instance, width, height] for e, (width, height, *_) in m.rasters], "decoded": decoded_hash(m)}
 
 def write(version, sample, build):

@@ -33,6 +33,7 @@ def read_header(m):
     need(major == 1, "unsupported_version", 8, "2.5")
     need(required & ~1 == 0, "unsupported_feature", 40, "2.6")
     m.mapped = required == 1
+    m.closed = m.optional & 2 != 0                      # 2.19
     need(len(data) >= size, "truncated", len(data), "2.7")
     need(len(data) == size, "bad_header", size, "2.7")
     need(not any(zero), "bad_header", 37, "2.8")

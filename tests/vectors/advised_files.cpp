@@ -92,7 +92,7 @@ Bytes loose_cone() {
 
 std::vector<ValidFile> advised_files() {
     using enum SectionType;
-    return {{"header.optional_feature.pbvg", with_edit(plain_model(), set<std::uint64_t>(48, 2))},
+    return {{"header.optional_feature.pbvg", with_edit(plain_model(), set<std::uint64_t>(48, 4))},
             {"header.chunk_limit.pbvg", encode(plain_model(), kMinChunkPoints)},
             {"table.not_critical.pbvg", with_edit(plain_model(), set_entry<std::uint16_t>(grid, 0, 6, 0))},
             {"table.optional_section.pbvg", optional_section()},

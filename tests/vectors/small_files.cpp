@@ -96,6 +96,13 @@ const Bytes &unknown_extras_file() {
     return file;
 }
 
+// A sphere whose surface is said to be closed.
+Bytes closed_file(Storage storage) {
+    Model model = sphere_model(4, {}, 0.3);
+    model.parameters.closed = true;
+    return encode_model(model, {.storage = storage, .compression_level = 19, .threads = 1}).value();
+}
+
 // Octant 0 has 320 voxels, each alone in its node. Octant 7 has 512 voxels in pairs and, in its last octant, a sheet of
 // 23 voxels, which is a chunk of its own with N = 512.
 Bytes worked_example_file() {
@@ -137,7 +144,9 @@ Bytes worked_example_file() {
 } // namespace
 
 std::vector<ValidFile> valid_small_files() {
-    return {{"depth-16.pbvg", deepest_file()},
+    return {{"closed.pbvg", closed_file(Storage::packed)},
+            {"closed-mapped.pbvg", closed_file(Storage::mapped)},
+            {"depth-16.pbvg", deepest_file()},
             {"frame-checksum.pbvg", checksum_file()},
             {"unknown-extras.pbvg", unknown_extras_file()},
             {"worked-example.pbvg", worked_example_file()}};

@@ -227,6 +227,7 @@ json to_json(const std::string &path, const Reader &reader, const FileSizes &siz
         {"up", to_string(parameters.grid.up)},
         {"store", to_string(header.storage())},
         {"colour", colour_name(parameters.attributes.colour)},
+        {"closed", parameters.closed},
         {"content_id", hexadecimal(header.content_id)},
         {"materials", parameters.materials},
         {"lights", lights_to_json(reader)},
@@ -341,7 +342,8 @@ void print_text(const std::string &path, const Reader &reader, const FileSizes &
               << "grid        from " << grid.origin[0] << ' ' << grid.origin[1] << ' ' << grid.origin[2] << ", edge "
               << grid.edge() << ", up " << to_string(grid.up) << '\n'
               << "colour      " << colour_name(parameters.attributes.colour) << '\n'
-              << "materials   " << parameters.materials.size() << ", lights " << parameters.lights.size() << '\n';
+              << (parameters.closed ? "surface     closed\n" : "") << "materials   " << parameters.materials.size()
+              << ", lights " << parameters.lights.size() << '\n';
     print_shading(parameters);
     print_fields(reader);
     std::cout << "content id  " << hexadecimal(header.content_id) << '\n'

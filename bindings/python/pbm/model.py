@@ -17,7 +17,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Buffer, Callable, Iterable, Mapping, Sequence
 
-_ATTRIBUTES = {"colours": 1, "materials": 2, "texture": 4, "shadows": 8, "ground": 16, "panorama": 32}
+_ATTRIBUTES = {"colours": 1, "materials": 2, "texture": 4, "shadows": 8, "ground": 16, "panorama": 32, "closed": 64}
 _QUALITIES = {"fast": 0, "fine": 1}
 _DEPTH_CUES = {None: 0, "eye_dome": 1, "ambient_occlusion": 2}
 _LEFT_OUT = {"texture": 2, "colours": 4, "shadows": 8, "ground": 16, "panorama": 32, "reflections": 64}
@@ -53,7 +53,8 @@ class Info:
     unit, up           "m", "mm", "cm", "in", "ft", "km" or "unknown"; "+x", "+y" or "+z"
     metadata           dict of the file's JSON object
     content_id         128 bits, hexadecimal: models with the same one hold the same points and scene
-    attributes         frozenset of "colours", "materials", "texture", "shadows", "ground", "panorama"
+    attributes         frozenset of "colours", "materials", "texture", "shadows", "ground", "panorama";
+                       "closed": the surface bounds volumes, so that from outside no back of a point is visible
     materials, lights  their numbers
     fields             tuple of Field
     """

@@ -31,6 +31,8 @@ export const ATTRIBUTES: Readonly<{
     SHADOWS: 8;
     GROUND: 16;
     PANORAMA: 32;
+    /** The surface bounds volumes, and normals point out of them: from outside no back of a point is visible. */
+    CLOSED: 64;
 }>;
 
 /** What every function throws, beside what a callback throws. */

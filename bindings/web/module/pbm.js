@@ -6,7 +6,15 @@ import { CAMERA, ERROR, FINDING, INFO, Memory, OPTIONS, PICTURE, VALIDATION } fr
 export { CODES, PbmError };
 
 /** Bits of Info.attributes. */
-export const ATTRIBUTES = Object.freeze({ COLOURS: 1, MATERIALS: 2, TEXTURE: 4, SHADOWS: 8, GROUND: 16, PANORAMA: 32 });
+export const ATTRIBUTES = Object.freeze({
+    COLOURS: 1,
+    MATERIALS: 2,
+    TEXTURE: 4,
+    SHADOWS: 8,
+    GROUND: 16,
+    PANORAMA: 32,
+    CLOSED: 64,
+});
 
 const LATER = 7,
     FAILED = 1; // what the callback returns

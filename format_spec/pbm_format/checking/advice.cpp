@@ -37,10 +37,11 @@ bool tells_of_the_run(std::string key) {
 
 std::vector<Advice> advise_on_header(const FileHeader &header) {
     std::vector<Advice> advice;
-    if ((header.optional_features & ~kFieldsFeature) != 0)
+    constexpr std::uint64_t kKnown = kFieldsFeature | kClosedFeature;
+    if ((header.optional_features & ~kKnown) != 0)
         advice.push_back(
             {broken("header.optional_feature", 48, "optional features that this program does not know are ignored",
-                    kFieldsFeature, header.optional_features)});
+                    kKnown, header.optional_features)});
     if (header.chunk_points != kDefaultChunkPoints)
         advice.push_back({broken("header.chunk_limit", 104, "the chunk limit is not the one that writers use",
                                  kDefaultChunkPoints, header.chunk_points)});

@@ -26,6 +26,7 @@ bool read_small_sections(const FileHeader &header, std::span<const SectionEntry>
                          Read &&read) {
     const auto section = [&](SectionType type) { return find_section(sections, type); };
     const int depth = header.depth;
+    parameters.closed = header.closed();
     bool all = read(*section(SectionType::grid), parameters.grid,
                     [depth](ByteView bytes) { return decode_grid(bytes, depth); });
     all &= read(*section(SectionType::attributes), parameters.attributes,

@@ -26,7 +26,7 @@ namespace pbm {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'B', 'V', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
 inline constexpr std::uint16_t kMajorVersion = 1;
-inline constexpr std::uint16_t kMinorVersion = 1; // the highest that this version writes
+inline constexpr std::uint16_t kMinorVersion = 2; // the highest that this version writes
 inline constexpr std::uint32_t kEndianTag = 0x01020304;
 inline constexpr std::size_t kHeaderBytes = 128;
 inline constexpr std::size_t kSectionEntryBytes = 64;
@@ -43,6 +43,7 @@ enum class Storage : std::uint8_t { packed, mapped };
 std::string_view to_string(Storage storage);
 inline constexpr std::uint64_t kMappedFeature = 1;            // required feature bit of mapped files
 inline constexpr std::uint64_t kFieldsFeature = 1;            // optional feature bit of files with fields
+inline constexpr std::uint64_t kClosedFeature = 2;            // optional feature bit of closed surfaces
 inline constexpr std::uint32_t kMappedChunksAlignment = 4096; // of their sections of chunks: a page
 inline constexpr std::uint32_t kMappedStreamAlignment = 64;   // of their streams and sections of bricks: a cache line
 
@@ -64,6 +65,7 @@ struct FileHeader {
     std::uint64_t table_hash = 0;
 
     Storage storage() const { return (required_features & kMappedFeature) != 0 ? Storage::mapped : Storage::packed; }
+    bool closed() const { return (optional_features & kClosedFeature) != 0; }
 };
 
 // Verifies rules 2.1 to 2.12: length, magic, hash, version, features, limits. `start` holds the first 128 bytes of the

@@ -111,7 +111,7 @@ struct ModelParameters {
     std::vector<SolidTexture> texture; // one if attributes.texture, else none
     std::optional<GroundPlane> ground;
     std::vector<Field> fields; // 0..kMaxFields
-    bool closed = false;
+    bool closed = false;       // the surface is closed and its normals point outwards: BVG.md 2.19
     bool operator==(const ModelParameters &) const = default;
 };
 

@@ -4,6 +4,8 @@
 #include "pbm_format/hashes/hash.h"
 #include "system/free_memory.h"
 
+#include <algorithm>
+
 namespace pbm {
 
 Status check_small_sections(const ModelParameters &parameters, std::string_view metadata) {
@@ -69,13 +71,13 @@ void FileLayout::add(SectionEntry entry, Bytes stored) {
 
 Bytes FileLayout::assemble(FileHeader header) {
     std::uint64_t end = kHeaderBytes + entries_.size() * kSectionEntryBytes;
-    header.minor = 0;
-    header.optional_features = 0;
+    header.minor = header.closed() ? 2 : 0;
+    header.optional_features &= kClosedFeature;
     header.raw_bytes = 0;
     for (SectionEntry &entry : entries_) {
         if (entry.type == SectionType::fields) {
-            header.minor = kMinorVersion;
-            header.optional_features = kFieldsFeature;
+            header.minor = std::max<std::uint16_t>(header.minor, 1);
+            header.optional_features |= kFieldsFeature;
         }
         entry.offset = (end + entry.alignment - 1) / entry.alignment * entry.alignment;
         end = entry.offset + entry.stored_bytes;

@@ -42,8 +42,9 @@ Status check_edit(const ModelParameters &file, const ModelEdit &edit) {
     if (wanted.grid.up != file.grid.up && file.ground)
         return refuse("the up axis of a model with a ground plane is fixed; build it anew with --up");
     grid.up = file.grid.up;
-    if (grid != file.grid || wanted.attributes != file.attributes || wanted.fields != file.fields)
-        return refuse("an edit keeps grid, attributes and fields of the file");
+    if (grid != file.grid || wanted.attributes != file.attributes || wanted.fields != file.fields ||
+        wanted.closed != file.closed)
+        return refuse("an edit keeps grid, attributes and fields of the file, and whether its surface is closed");
     if (wanted.materials.size() != file.materials.size())
         return refuse("an edit keeps the number of materials: points name them by number");
     if (!std::equal(wanted.texture.begin(), wanted.texture.end(), file.texture.begin(), file.texture.end(),

@@ -260,6 +260,7 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) try 
         add_field_values(layout, fields, static_cast<std::uint32_t>(level), options.storage, encoded[level]);
     FileHeader header;
     header.required_features = mapped ? kMappedFeature : 0;
+    header.optional_features = model.parameters.closed ? kClosedFeature : 0;
     header.depth = static_cast<std::uint8_t>(depth);
     header.point_count = model.point_count();
     header.content_id = content_id(model, shapes, options.chunk_points);

@@ -158,12 +158,12 @@ TEST(FillHoles, AFilledSheetIsWoundAlikeThenOutwards) {
     surface.triangles.erase(surface.triangles.begin(), surface.triangles.begin() + 2);
     reverse_faces(surface);
     reverse_face(surface, 3);
-    filled(surface, 4);
+    BuildStatistics statistics;
+    ASSERT_TRUE(repair_mesh(surface, {.winding = {.keep = true}, .max_hole_edges = 4}, 1, statistics).ok());
     EXPECT_EQ(figures(surface).turned_faces, 1U);
     EXPECT_EQ(figures(surface).inward_sheets, 1U);
     surface.triangles.resize(10); // without the fill
-    BuildStatistics statistics;
-    ASSERT_TRUE(repair_mesh(surface, {.orient_faces = true, .max_hole_edges = 4}, 1, statistics).ok());
+    ASSERT_TRUE(repair_mesh(surface, {.winding = {.requested = true}, .max_hole_edges = 4}, 1, statistics).ok());
     EXPECT_NEAR(volume(surface), 1, 1e-12) << "it has an outside once it is closed";
 }
 
@@ -222,7 +222,7 @@ TEST(FillHoles, BuiltModelsDoNotDependOnTheOrderOfFacesAndVertices) {
     surface.colours.resize(surface.positions.size());
     BuildOptions options;
     options.grid.depth = 6;
-    options.mesh = {.report = true, .orient_faces = true, .max_hole_edges = 100};
+    options.mesh = {.report = true, .winding = {.requested = true}, .max_hole_edges = 100};
     const Bytes expected = file_of(built(surface, options));
     for (unsigned seed = 0; seed < 5; ++seed)
         EXPECT_EQ(file_of(built(shuffled(surface, seed), options)), expected) << seed;

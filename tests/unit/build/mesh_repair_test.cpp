@@ -150,11 +150,11 @@ TEST(MeshReport, PointsHaveNoMesh) {
 TEST(OrientFaces, AFaceOfACubeIsTurnedAndNothingElse) {
     Surface surface = box();
     std::swap(surface.triangles[7].x, surface.triangles[7].y);
-    const AttributeReport line = repaired(surface, {.orient_faces = true});
+    const AttributeReport line = repaired(surface, {.winding = {.requested = true}});
     EXPECT_EQ(line.fate, Fate::converted);
     EXPECT_EQ(line.note, "1 face turned");
     EXPECT_NEAR(volume(surface), 1, 1e-12);
-    EXPECT_EQ(repaired(surface, {.orient_faces = true}).fate, Fate::kept);
+    EXPECT_EQ(repaired(surface, {.winding = {.requested = true}}).fate, Fate::kept);
 }
 
 TEST(OrientFaces, ClosedPartsLookOutwardsOpenOnesKeepTheLargerSide) {
@@ -164,7 +164,7 @@ TEST(OrientFaces, ClosedPartsLookOutwardsOpenOnesKeepTheLargerSide) {
     for (std::size_t i = 12; i < 20; ++i)
         reverse_face(surface, i); // 8 of 24
     const Surface before = surface;
-    EXPECT_EQ(repaired(surface, {.orient_faces = true}).note, "20 faces turned");
+    EXPECT_EQ(repaired(surface, {.winding = {.requested = true}}).note, "20 faces turned");
     for (std::size_t i = 20; i < surface.triangles.size(); ++i)
         EXPECT_EQ(surface.triangles[i], before.triangles[i]);
     surface.triangles.resize(12);
@@ -177,7 +177,7 @@ TEST(OrientFaces, NormalsAreTurnedWithFacesThatTheyAgreedWith) {
         reverse_faces(surface);
         for (const glm::dvec3 &p : surface.positions)
             surface.normals.emplace_back(agree ? -p : p);
-        const AttributeReport line = repaired(surface, {.orient_faces = true});
+        const AttributeReport line = repaired(surface, {.winding = {.requested = true}});
         EXPECT_EQ(line.note, agree ? "12 faces turned, and 8 normals with them" : "12 faces turned");
         for (std::size_t i = 0; i < 8; ++i)
             EXPECT_GT(glm::dot(surface.normals[i], glm::vec3(surface.positions[i])), 0);
@@ -187,7 +187,7 @@ TEST(OrientFaces, NormalsAreTurnedWithFacesThatTheyAgreedWith) {
         one.normals.emplace_back(p);
     const std::vector<glm::vec3> before = one.normals;
     reverse_face(one, 4);
-    EXPECT_EQ(repaired(one, {.orient_faces = true}).note, "1 face turned");
+    EXPECT_EQ(repaired(one, {.winding = {.requested = true}}).note, "1 face turned");
     EXPECT_EQ(one.normals, before) << "their other faces were right";
 }
 
@@ -198,23 +198,24 @@ TEST(OrientFaces, PlacesInTexturesFollow) {
     surface.texture_corners.assign(12, {glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(0, 1)});
     reverse_face(surface, 5);
     const auto before = surface.texture_corners[5];
-    repaired(surface, {.orient_faces = true});
+    repaired(surface, {.winding = {.requested = true}});
     EXPECT_EQ(surface.texture_corners[5], (TextureCorners{before[0], before[2], before[1]}));
 }
 
 TEST(OrientFaces, OneSideBothWaysAndComplexEdgesAreNoObstacle) {
     Surface moebius = strip(12, 1);
-    EXPECT_NE(repaired(moebius, {.orient_faces = true}).note.find("1 sheet with one side only"), std::string::npos);
+    EXPECT_NE(repaired(moebius, {.winding = {.requested = true}}).note.find("1 sheet with one side only"),
+              std::string::npos);
     Surface both = strip(12, 0);
     const std::vector<glm::uvec3> front = both.triangles;
     reverse_faces(both);
     both.triangles.insert(both.triangles.end(), front.begin(), front.end());
-    EXPECT_EQ(repaired(both, {.orient_faces = true}).note, "no face had to be turned");
+    EXPECT_EQ(repaired(both, {.winding = {.requested = true}}).note, "no face had to be turned");
     Surface pair = box(); // two cubes that share an edge of four faces
     append_faces(pair, box({1, 1, 0}));
     reverse_faces(pair);
     EXPECT_EQ(figures(pair).complex_edges, 1U);
-    EXPECT_EQ(repaired(pair, {.orient_faces = true}).note, "24 faces turned");
+    EXPECT_EQ(repaired(pair, {.winding = {.requested = true}}).note, "24 faces turned");
     EXPECT_NEAR(volume(pair), 2, 1e-12);
 }
 
@@ -276,7 +277,7 @@ TEST(MeshRepair, BuiltModelsDoNotDependOnTheOrderOfFacesAndVertices) {
         reverse_face(surface, i);
     BuildOptions options;
     options.grid.depth = 6;
-    options.mesh = {.report = true, .orient_faces = true, .smallest_part = PartSize{.faces = 11}};
+    options.mesh = {.report = true, .winding = {.requested = true}, .smallest_part = PartSize{.faces = 11}};
     const Bytes expected = file_of(built(surface, options));
     for (unsigned seed = 0; seed < 5; ++seed)
         EXPECT_EQ(file_of(built(shuffled(surface, seed), options)), expected) << seed;

@@ -247,6 +247,52 @@ TEST(EstimateNormals, GivenNormalsAreKeptAndLendTheirSign) {
     EXPECT_LT(s.worst, 10);
 }
 
+// Whether all given normals come back turned, and the report says so.
+bool is_turned(const Truth &truth, const PointRequest &request = {}) {
+    Surface points = truth.points;
+    for (const glm::dvec3 &n : truth.normals)
+        points.normals.emplace_back(n);
+    BuildStatistics statistics;
+    const VertexNormals found = estimate_normals(points, request, 2, statistics).value();
+    const bool said = std::any_of(statistics.attributes.begin(), statistics.attributes.end(),
+                                  [](const AttributeReport &line) { return line.warning == Warning::turned_normals; });
+    for (std::size_t i = 0; i < truth.normals.size(); ++i) {
+        const ShortNormal &n = found.normals[i];
+        const glm::dvec3 &t = truth.normals[i];
+        EXPECT_EQ(n[0] * t.x + n[1] * t.y + n[2] * t.z < 0, said) << i;
+    }
+    return said;
+}
+
+TEST(GivenNormals, OfAnObjectAreTurnedIfAllPointIntoIt) {
+    for (Truth truth : {sphere(20000), box(20000, {1, 2, 3})}) {
+        EXPECT_FALSE(is_turned(truth));
+        for (glm::dvec3 &n : truth.normals)
+            n = -n;
+        EXPECT_TRUE(is_turned(truth));
+        PointRequest keep;
+        keep.keep_signs = true;
+        EXPECT_FALSE(is_turned(truth, keep));
+        truth.points.stations = {{0, 0, 0}};
+        truth.points.station_ids.assign(truth.normals.size(), 0);
+        EXPECT_FALSE(is_turned(truth)) << "a scanner saw them from within";
+    }
+}
+
+TEST(GivenNormals, OfRoomsAndOfScansThatShowMoreStay) {
+    Truth room = box(20000, {3, 3, 3});
+    for (glm::dvec3 &n : room.normals)
+        n = -n;
+    Truth furnished = room;
+    const Truth furniture = sphere(5000);
+    for (std::size_t i = 0; i < furniture.normals.size(); ++i)
+        furnished.add(furniture.points.positions[i], furniture.normals[i]);
+    EXPECT_FALSE(is_turned(furnished));
+    for (std::size_t i = 0; i < room.normals.size(); i += 10)
+        room.normals[i] = -room.normals[i];
+    EXPECT_FALSE(is_turned(room)) << "a tenth of them points outwards";
+}
+
 TEST(EstimateNormals, TheAmmonite) {
     const sample::TriangleMesh mesh = sample::make_ammonite({.vertices = 50000, .on_stage = {}});
     Surface surface;

@@ -245,6 +245,7 @@ TEST_F(PartFile, HoldsEveryAttribute) {
 
 TEST_F(PartFile, HoldsMissingNormalsAndRadii) {
     Part part = numbered_part(0, 100, {}, {});
+    part.parameters.closed = true;
     std::fill(part.voxels.points.normals.begin(), part.voxels.points.normals.end(), std::uint16_t{0xFFFF});
     std::fill(part.voxels.points.radii.begin(), part.voxels.points.radii.end(), std::uint8_t{0});
     part.has_points = false;

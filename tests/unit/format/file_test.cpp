@@ -47,6 +47,23 @@ TEST(File, TheSmallestSetOfAttributesSurvivesTheRoundTrip) {
     EXPECT_EQ(load(encode(model)), model);
 }
 
+TEST(File, AClosedSurfaceIsOneBitOfTheHeader) {
+    Model model = test::sphere_model(4, {});
+    const Bytes open = encode(model);
+    model.parameters.closed = true;
+    const Bytes closed = encode(model);
+    EXPECT_EQ(load(closed), model);
+    EXPECT_EQ(decode_header(open)->minor, 0);
+    EXPECT_EQ(decode_header(closed)->minor, 2);
+    EXPECT_EQ(decode_header(closed)->optional_features, kClosedFeature);
+    EXPECT_EQ(decode_header(closed)->content_id, decode_header(open)->content_id);
+    ASSERT_EQ(closed.size(), open.size());
+    for (std::size_t i = 0; i < open.size(); ++i) // minor version, bit, hash of the header
+        EXPECT_TRUE(closed[i] == open[i] || i == 10 || i == 48 || (i >= 120 && i < 128)) << i;
+    const ValidationReport report = validate(closed, {.least = Severity::info});
+    EXPECT_TRUE(report.findings.empty());
+}
+
 TEST(File, BytesDependOnNeitherThreadsNorTheMachine) {
     const Model model = test::sphere_model(6, test::every_attribute(ColourFormat::rgb888, 6));
     const Bytes one = encode(model, {.chunk_points = 512, .threads = 1});

@@ -63,6 +63,7 @@ void expect_contents(const std::filesystem::path &path, const Json &expected) {
     EXPECT_EQ(reader->header().storage() == Storage::mapped, expected.at("mapped").get<bool>()) << path;
     EXPECT_EQ(reader->parameters().materials.size(), expected.at("materials").get<std::size_t>()) << path;
     EXPECT_EQ(reader->parameters().lights.size(), expected.at("lights").get<std::size_t>()) << path;
+    EXPECT_EQ(reader->parameters().closed, expected.value("closed", false)) << path;
     EXPECT_EQ(rasters(*reader).size(), expected.at("rasters").size()) << path;
     const Json &chunks = expected.at("chunks");
     ASSERT_EQ(static_cast<std::size_t>(reader->depth()), chunks.size()) << path;

@@ -119,6 +119,18 @@ TEST(ModelEdit, LeavesOutWhatThisVersionDoesNotKnow) {
     EXPECT_EQ(edited_model(with_bit, ModelEdit(Reader::open(with_bit).value())).value(), file);
 }
 
+TEST(ModelEdit, KeepsWhetherTheSurfaceIsClosed) {
+    Model model = test::sphere_model(3, {});
+    model.parameters.closed = true;
+    const Bytes file = file_of(model, Storage::packed);
+    ModelEdit edit(Reader::open(file).value());
+    edit.metadata = "{}";
+    model.metadata = "{}";
+    EXPECT_EQ(edited_model(file, edit).value(), file_of(model, Storage::packed));
+    edit.parameters.closed = false;
+    EXPECT_EQ(edited_model(file, edit).error().code, ErrorCode::usage);
+}
+
 TEST(ModelEdit, RefusesWhatPointsDependOn) {
     const Bytes file = file_of(lit_sphere(), Storage::packed);
     const Reader reader = Reader::open(file).value();

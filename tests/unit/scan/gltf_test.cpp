@@ -186,6 +186,7 @@ TEST(Gltf, ImagesHaveTheirPlacesAndWraps) {
              {"texCoord", 1},
              {"extensions",
               {{"KHR_texture_transform", {{"offset", {0.5, 0}}, {"scale", {2, 1}}, {"texCoord", 0}}}}}}}}},
+         {"doubleSided", true},
          {"extensions", {{"KHR_materials_unlit", json::object()}}}}};
     glb.show(
         {{{"attributes", {{"POSITION", positions}, {"TEXCOORD_0", places}}}, {"indices", indices}, {"material", 0}}});
@@ -197,6 +198,9 @@ TEST(Gltf, ImagesHaveTheirPlacesAndWraps) {
     EXPECT_EQ(s.texture_corners[0], (TextureCorners{{{0.5F, 1}, {2.5F, 1}, {2.5F, 0}}}));
     EXPECT_EQ(s.materials[0].ka, 1);
     EXPECT_EQ(s.materials[0].kd, 0);
+    EXPECT_EQ(std::count_if(s.report.begin(), s.report.end(),
+                            [](const AttributeReport &line) { return line.name == "doubleSided materials"; }),
+              1);
 }
 
 TEST(Gltf, SparseQuantisedAndInterleavedAccessors) {

@@ -320,10 +320,15 @@ void add_mesh_options(CommandLine &line, Arguments &arguments) {
     line.topic = "Mesh";
     line.add("--mesh-report", "Say how the faces are connected: parts, borders, winding, what is no manifold",
              &options.mesh.report);
-    line.add("--orient-faces", "Wind the faces of each part alike, and outwards where it is closed",
-             &options.mesh.orient_faces);
-    line.add("--flip-faces", "Turn all faces around: for scans that look inside out; after --orient-faces",
-             &options.flip_faces);
+    WindingRequest &winding = options.mesh.winding;
+    line.add("--orient-faces",
+             "Wind faces alike, and outwards where they enclose a volume: the default without --flip-faces",
+             &winding.requested);
+    line.add("--no-orient-faces", "Leave faces and given normals as they are, also where they look inwards",
+             &winding.keep, {.excludes = {"--orient-faces"}});
+    line.add("--flip-faces",
+             "Turn all faces around as they are wound in the file; after --orient-faces if both are given",
+             &winding.flip);
     line.add("--drop-parts",
              "Drop parts that are smaller: than 1% of the area of the largest one, or than 200 faces, say",
              command_line::stored(parse_part_size, options.mesh.smallest_part),

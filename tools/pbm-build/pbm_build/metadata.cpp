@@ -36,8 +36,9 @@ Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour
         options["store"] = "mapped";
     else
         options["compression_level"] = build.compression_level;
-    set("orient_faces", build.mesh.orient_faces);
-    set("flip_faces", build.flip_faces);
+    set("orient_faces", build.mesh.winding.requested);
+    set("no_orient_faces", build.mesh.winding.keep);
+    set("flip_faces", build.mesh.winding.flip);
     if (build.mesh.smallest_part)
         options["drop_parts"] = to_text(*build.mesh.smallest_part);
     give("fill_holes", build.mesh.max_hole_edges);

@@ -53,8 +53,8 @@ Status check_hit_count(const Surface &surface, const Bounds &bounds, const Grid 
 }
 
 Status repair(Surface &surface, const BuildOptions &options, StepClock &clock, BuildStatistics &statistics) {
-    if (!options.mesh.any())
-        return {};
+    if (surface.triangles.empty())
+        return repair_mesh(surface, options.mesh, options.threads, statistics); // has only to say so
     return clock.run("mesh", [&] { return repair_mesh(surface, options.mesh, options.threads, statistics); });
 }
 
@@ -219,6 +219,13 @@ Outliers outliers_of(const BuildOptions &options) {
     return grid_is_given && options.outliers == Outliers::drop_strays ? Outliers::keep : options.outliers;
 }
 
+// Images may cut holes into a closed surface, and points may lie beside it.
+bool shows_closed_surface(const Surface &surface) {
+    return surface.closed && surface.point_count() == 0 &&
+           std::all_of(surface.textures.begin(), surface.textures.end(),
+                       [](const Texture &texture) { return texture.use.least_opacity == 0; });
+}
+
 // Repairs, merges and cleans what was read.
 Result<Surface> gather(std::vector<Surface> surfaces, const Run &run) {
     const BuildOptions &options = run.options;
@@ -233,7 +240,7 @@ Result<Surface> gather(std::vector<Surface> surfaces, const Run &run) {
             continue;
         if (Status repaired = repair(surface, options, run.clock, statistics); !repaired)
             return of_input(surface.name, repaired.error());
-        if (Status good = examine_surface(surface, options.flip_faces, options.strict, statistics); !good)
+        if (Status good = examine_surface(surface, options.strict, statistics); !good)
             return of_input(surface.name, good.error());
         choose_creases(surface, options.crease_angle, threads, statistics);
     }
@@ -244,6 +251,7 @@ Result<Surface> gather(std::vector<Surface> surfaces, const Run &run) {
     if (!merged)
         return merged;
     Surface &surface = *merged;
+    surface.closed = shows_closed_surface(surface);
     colour_beside_images(surface);
     statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
     if (outliers_of(options) != Outliers::keep)
@@ -298,6 +306,7 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
                                                                           : std::nullopt,
                               .outliers = outliers_of(options),
                               .strict = options.strict,
+                              .keep_signs = options.mesh.winding.keep,
                               .up = request.like ? request.like->up : *request.up};
     Result<VertexNormals> estimated =
         clock.run("normals", [&] { return estimate_normals(surface, points, threads, statistics); });
@@ -336,6 +345,7 @@ Result<Part> make_part(Prepared &scan, const PartNumber &number, const Run &run)
     part.parameters.attributes = scan.set;
     part.parameters.fields = std::move(scan.fields);
     part.parameters.materials = choose_materials(scan.surface, scan.set);
+    part.parameters.closed = scan.surface.closed;
     part.metadata = std::move(scan.metadata);
     part.has_points = scan.surface.point_count() > 0;
     part.voxels = std::move(*voxels);

@@ -42,7 +42,6 @@ struct BuildOptions {
     MeshRequest mesh;
     std::vector<FieldRequest> fields;              // at most kMaxFields
     std::bitset<256> dropped_classes{};            // points with these classes are left out
-    bool flip_faces = false;                       // reverses the winding of all faces, after the repair
     std::optional<double> crease_angle;            // degrees, 0..180; creases.h
     std::vector<std::array<double, 3>> viewpoints; // estimated normals face them; model units. One for all, or one for
                                                    // each surface in their order; empty: the stations of the surfaces

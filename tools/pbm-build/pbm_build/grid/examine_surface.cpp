@@ -31,29 +31,6 @@ void report_dropped(const Surface &surface, BuildStatistics &statistics) {
     report("triangles", surface.dropped_triangles, " degenerate, or with a dropped vertex");
 }
 
-// Reports faces without area, and faces that enclose a negative volume which is large for their area. Does not reverse
-// them, because the scan of a room from within is wound like that; with stations the winding is known.
-void report_winding(const Surface &surface, bool are_flipped, BuildStatistics &statistics) {
-    if (surface.triangles.empty() || !surface.normals.empty())
-        return;
-    constexpr double kClearlyClosed = 0.01; // a sphere has 0.094
-    double volume = 0, area = 0;
-    const glm::dvec3 &origin = surface.positions.front();
-    for (const glm::uvec3 &t : surface.triangles) {
-        const glm::dvec3 a = surface.positions[t.x] - origin, b = surface.positions[t.y] - origin,
-                         c = surface.positions[t.z] - origin;
-        volume += glm::dot(a, glm::cross(b, c)) / 6;
-        area += glm::length(glm::cross(b - a, c - a)) / 2;
-    }
-    if (!(area > 0))
-        statistics.report("faces", Fate::kept, "none of them has an area: the model is a line or a point");
-    if (surface.stations.empty() && volume < -kClearlyClosed * area * std::sqrt(area))
-        statistics.report(Warning::inward_faces, "winding",
-                          std::string("the faces point inwards; if the model looks inside out, build it ") +
-                              (are_flipped ? "without" : "with") + " --flip-faces",
-                          surface.name);
-}
-
 // Reports vertices without a triangle, which are dropped; refuses them with `strict`.
 Status report_loose_vertices(const Surface &surface, bool strict, BuildStatistics &statistics) {
     if (surface.triangles.empty())
@@ -87,12 +64,7 @@ void count_input(Surface &surface, BuildStatistics &statistics) {
     report_dropped(surface, statistics);
 }
 
-Status examine_surface(Surface &surface, bool flip_faces, bool strict, BuildStatistics &statistics) {
-    if (flip_faces)
-        reverse_faces(surface);
-    if (flip_faces && surface.triangles.empty())
-        statistics.report(Warning::idle_option, "--flip-faces", "there are no faces", surface.name);
-    report_winding(surface, flip_faces, statistics);
+Status examine_surface(const Surface &surface, bool strict, BuildStatistics &statistics) {
     if (Status checked = check_surface(surface); !checked)
         return checked;
     return report_loose_vertices(surface, strict, statistics);

@@ -13,12 +13,11 @@ namespace pbm::build {
 // Adds one input to the counts and the report of `statistics`, with the vertices and triangles that the reader dropped.
 void count_input(Surface &surface, BuildStatistics &statistics);
 
-// Reverses the faces of one input where `flip_faces` is set. Reports vertices without a face, and faces that seem to be
-// wound inwards.
+// Reports vertices without a face.
 //
 // errors  bad_input            no points, or no face is left; with `strict`: vertices that no triangle uses
 //         unsupported_feature  more than kMaxMaterials materials
-Status examine_surface(Surface &surface, bool flip_faces, bool strict, BuildStatistics &statistics);
+Status examine_surface(const Surface &surface, bool strict, BuildStatistics &statistics);
 
 // An input whose coordinates are all in single precision: its resolution is `step`.
 struct SinglePrecision {

@@ -171,6 +171,7 @@ Status drop_far_parts(Surface &surface, bool strict, BuildStatistics &statistics
     if (strict)
         return bad_input(note);
     statistics.report(Warning::stray_points, "outliers", note);
+    surface.closed = surface.closed && faces == 0; // they may be connected with the rest
     erase_triangles(surface, is_far);
     const std::size_t first = surface.first_point();
     const auto keep = [&](std::size_t i) { return used[i] != 2; };

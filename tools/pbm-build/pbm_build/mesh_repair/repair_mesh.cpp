@@ -2,8 +2,6 @@
 
 #include "pbm_build/mesh_repair/fill_holes.h"
 #include "pbm_build/mesh_repair/mesh_report.h"
-#include "pbm_build/mesh_repair/turn_faces.h"
-#include "pbm_build/surface/vertex_normals.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_number.h"
 
@@ -18,21 +16,10 @@ void report_no_faces(const MeshRequest &request, const std::string &input, Build
             statistics.report(Warning::idle_option, option, "there are no faces", input);
     };
     report(request.report, "--mesh-report");
-    report(request.orient_faces, "--orient-faces");
+    report(request.winding.requested, "--orient-faces");
+    report(request.winding.flip, "--flip-faces");
     report(request.smallest_part.has_value(), "--drop-parts");
     report(request.max_hole_edges.has_value(), "--fill-holes");
-}
-
-void orient(Surface &surface, const WeldedMesh &mesh, const Sheets &sheets, int threads, BuildStatistics &statistics) {
-    const TurnedFaces turned = turn_faces(surface, faces_to_turn(mesh, sheets, surface.triangles.size()));
-    std::string note = turned.faces == 0 ? "no face had to be turned" : counted(turned.faces, "face") + " turned";
-    if (turned.normals > 0)
-        note += ", and " + counted(turned.normals, "normal") + " with them";
-    if (sheets.one_sided > 0)
-        note += "; " + counted(sheets.one_sided, "sheet") + " with one side only";
-    if (faces_point_inward(surface, threads))
-        note += "; most normals of the file look to the other side, and count";
-    statistics.report("winding", turned.faces == 0 ? Fate::kept : Fate::converted, note, surface.name);
 }
 
 // One state of the surface, examined.
@@ -170,11 +157,10 @@ std::string to_text(const PartSize &size) {
     return size.faces > 0 ? std::to_string(size.faces) : shortest_text(size.percent) + "%";
 }
 
-Status repair_mesh(Surface &surface, const MeshRequest &request, int threads, BuildStatistics &statistics) {
-    if (surface.triangles.empty()) {
-        report_no_faces(request, surface.name, statistics);
-        return {};
-    }
+namespace {
+
+// All but the winding.
+Status examine_and_repair(Surface &surface, const MeshRequest &request, BuildStatistics &statistics) {
     if (surface.triangles.size() > kMaxMeshFaces)
         return too_large(std::to_string(surface.triangles.size()) + " faces; meshes of up to " +
                          std::to_string(kMaxMeshFaces) + " can be examined and repaired");
@@ -187,8 +173,20 @@ Status repair_mesh(Surface &surface, const MeshRequest &request, int threads, Bu
     if (request.max_hole_edges)
         if (Status filled = fill(surface, examined, *request.max_hole_edges, statistics); !filled)
             return filled;
-    if (request.orient_faces)
-        orient(surface, examined.mesh, examined.sheets, threads, statistics);
+    return {};
+}
+
+} // namespace
+
+Status repair_mesh(Surface &surface, const MeshRequest &request, int threads, BuildStatistics &statistics) {
+    if (surface.triangles.empty()) {
+        report_no_faces(request, surface.name, statistics);
+        return {};
+    }
+    if (request.examines())
+        if (Status repaired = examine_and_repair(surface, request, statistics); !repaired)
+            return repaired;
+    wind_faces(surface, request.winding, threads, statistics);
     if (request.report && request.repairs())
         report(surface, Examined(surface), "as repaired", statistics);
     return {};

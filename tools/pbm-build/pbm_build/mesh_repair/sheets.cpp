@@ -113,17 +113,4 @@ Sheets find_sheets(WeldedMesh &mesh) {
     return sheets;
 }
 
-std::vector<std::uint8_t> faces_to_turn(const WeldedMesh &mesh, const Sheets &sheets, std::size_t triangles) {
-    std::vector<std::uint8_t> turn(triangles);
-    for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
-        const Sheet &sheet = sheets.sheets[sheets.sheet_of[i]];
-        const bool inward = sheet.has_outside() && sheet.volume < 0;
-        if (mesh.both_ways[i] == 0)
-            turn[mesh.faces[i].triangle] = static_cast<std::uint8_t>(sheets.turned[i] ^ (inward ? 1 : 0));
-    }
-    for (const WeldedMesh::Repeated &repeated : mesh.repeated)
-        turn[repeated.triangle] = turn[mesh.faces[repeated.face].triangle];
-    return turn;
-}
-
 } // namespace pbm::build

@@ -38,9 +38,4 @@ struct Sheets {
 // Marks the cut edges in `mesh.mates`.
 Sheets find_sheets(WeldedMesh &mesh);
 
-// The triangles that have to be turned around so that the faces of every sheet have one winding, outwards where it has
-// an outside. A repeated triangle is turned with its face; one that is there in both windings is not. Returns a flag
-// for each of `triangles`.
-std::vector<std::uint8_t> faces_to_turn(const WeldedMesh &mesh, const Sheets &sheets, std::size_t triangles);
-
 } // namespace pbm::build

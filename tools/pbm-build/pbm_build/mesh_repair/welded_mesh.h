@@ -14,9 +14,6 @@ inline constexpr HalfEdge kComplex = kBoundary - 1; // two or more others are at
 inline constexpr HalfEdge kCut = kBoundary - 2;     // one other face is, but the faces around have no common winding
 inline constexpr bool is_mate(HalfEdge h) { return h < kCut; }
 
-// OpenMesh numbers half-edges, of which single triangles have six, with 31 bits.
-inline constexpr std::size_t kMaxMeshFaces = std::size_t{1} << 28;
-
 struct WeldedMesh {
     struct Face {
         std::array<std::uint32_t, 3> corners; // vertices, the smallest first; wound as the triangle

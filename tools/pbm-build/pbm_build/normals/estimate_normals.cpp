@@ -4,6 +4,7 @@
 #include "pbm_build/grid/grid_choice.h"
 #include "pbm_build/neighbours/distinct_points.h"
 #include "pbm_build/neighbours/outliers.h"
+#include "pbm_build/normals/inward_normals.h"
 #include "pbm_build/normals/orient_normals.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
@@ -222,6 +223,14 @@ Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &req
                         false, statistics);
     if (missing == 0) {
         report_unused(request, true, statistics);
+        if (!request.keep_signs && surface.triangles.empty() && surface.station_ids.empty() &&
+            look_inwards(neighbours, sums_at_places(normals, points, places), threads)) {
+            for (ShortNormal &normal : normals)
+                normal = {static_cast<std::int16_t>(-normal[0]), static_cast<std::int16_t>(-normal[1]),
+                          static_cast<std::int16_t>(-normal[2])};
+            statistics.report(Warning::turned_normals, "normals",
+                              "all of them turned: they pointed into the object; --no-orient-faces keeps them");
+        }
         return of_faces;
     }
     Bytes is_given;

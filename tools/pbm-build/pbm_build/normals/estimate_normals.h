@@ -20,13 +20,15 @@ enum class Outliers { drop_strays, keep, drop };
 struct PointRequest {
     std::optional<std::array<double, 3>> viewpoint; // model units: estimated normals face it
     Outliers outliers = Outliers::drop_strays;
-    bool strict = false;   // refuse strays
-    UpAxis up = UpAxis::y; // open sheets are oriented upwards
+    bool strict = false;     // refuse strays
+    bool keep_signs = false; // of given normals, also if all point into the object (inward_normals.h)
+    UpAxis up = UpAxis::y;   // open sheets are oriented upwards
 };
 
 // Normals of the vertices (vertex_normals.h) and points of a surface. Drops outliers of the points as requested. A
 // point without a normal gets an estimated one, and becomes two-sided if its sign is unknown. Given normals of points
-// are kept, and determine the signs of estimated ones. Estimated normals face the viewpoint, else the station of their
+// are kept, and determine the signs of estimated ones; if all points have them and all point into an object, they are
+// turned. Estimated normals face the viewpoint, else the station of their
 // point. The result does not depend on the number of threads or the order of the points. Frees surface.normals.
 // Reports to `statistics`. At most 2^31 points.
 //

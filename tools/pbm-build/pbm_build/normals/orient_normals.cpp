@@ -1,8 +1,8 @@
 #include "pbm_build/normals/orient_normals.h"
 
 #include "pbm_build/neighbours/outliers.h"
-#include "pbm_build/normals/parity_sets.h"
 #include "pbm_build/normals/reconsider_signs.h"
+#include "pbm_build/surface/parity_sets.h"
 #include "system/free_memory.h"
 #include "system/threads/parallel.h"
 

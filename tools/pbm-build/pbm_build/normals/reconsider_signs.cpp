@@ -1,6 +1,6 @@
 #include "pbm_build/normals/reconsider_signs.h"
 
-#include "pbm_build/normals/parity_sets.h"
+#include "pbm_build/surface/parity_sets.h"
 #include "system/threads/parallel.h"
 
 #include <algorithm>

@@ -31,7 +31,8 @@ std::string head_of(const PartName &name, const Part &part) {
                           {"count", name.number.count},
                           {"depth", part.parameters.grid.depth},
                           {"points", part.voxels.codes.size()},
-                          {"has_points", part.has_points}}
+                          {"has_points", part.has_points},
+                          {"closed", part.parameters.closed}}
         .dump();
 }
 
@@ -262,6 +263,7 @@ Result<Part> read_part(const std::string &path, const PartName &name) try {
         return named.error();
     Part part;
     part.has_points = head.at("has_points");
+    part.parameters.closed = head.at("closed");
     const int depth = head.at("depth");
     if (depth < kMinDepth || depth > kMaxDepth)
         return damaged();

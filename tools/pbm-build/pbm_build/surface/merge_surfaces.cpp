@@ -181,6 +181,8 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
                                        [&](const Surface &surface) { return surface.crs == surfaces.front().crs; });
     merged.crs = share_crs ? surfaces.front().crs : "";
     unite_stations(surfaces, merged);
+    merged.closed =
+        std::all_of(surfaces.begin(), surfaces.end(), [](const Surface &surface) { return surface.closed; });
     const Surface has = attributes_of(surfaces);
     merged.crease_angle = crease_angle;
     merged.materials = all_materials(surfaces);

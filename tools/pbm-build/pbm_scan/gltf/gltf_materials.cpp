@@ -133,6 +133,8 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
         read_image(*image, mode == "MASK" ? static_cast<float>(std::min(cutoff, 1.0)) : 0, made);
     if (mode == "BLEND" || (mode == "MASK" && !made.has_image))
         drop_once(report_, "opacity of materials (" + mode + ")", "points are opaque");
+    if (is_true(member(described, "doubleSided")) && !std::exchange(has_double_sided_, true))
+        report_.push_back({"doubleSided materials", Fate::kept, "as all open surfaces, they are seen from both sides"});
     const auto drop = [&](const Json *from, const char *key, const char *why) {
         if (member(from, key) != nullptr)
             drop_once(report_, std::string(key) + " of materials", why);

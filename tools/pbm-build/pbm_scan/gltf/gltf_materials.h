@@ -43,7 +43,7 @@ class GltfMaterials {
     TextureImages images_;
     std::vector<AttributeReport> &report_;
     std::map<std::size_t, GltfMaterial> known_;
-    bool has_unlit_ = false;
+    bool has_unlit_ = false, has_double_sided_ = false;
 };
 
 } // namespace pbm::build

@@ -90,6 +90,9 @@ struct Surface {
     // In a surface with triangles: the last so many positions are points without a triangle (merge_surfaces.h).
     std::size_t points_beside_triangles = 0;
 
+    // The faces bound volumes, they and all normals point out of them, and there is nothing else. Set by wind_faces.
+    bool closed = false;
+
     // If all coordinates of an axis are in single precision: the spacing of floats at the largest coordinate, in model
     // units, and that coordinate as in the file. 0: otherwise. Set by `place` (placement.h).
     double float_step = 0, float_near = 0;

@@ -1,4 +1,4 @@
-#include "pbm_build/mesh_repair/turn_faces.h"
+#include "pbm_build/winding/turn_faces.h"
 
 #include "pbm_build/surface/face_normal.h"
 
