@@ -371,11 +371,12 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
                                  octant_starts_);
         }
     }
+    const Appearance appearance = seen_from(projection.axes, model_.parameters.grid, appearance_);
     std::unique_ptr<const FrameSurroundings> surroundings;
     if (surroundings_)
-        surroundings = surroundings_->in_frame(appearance_, projection, options);
-    const PointShader shader(model_.parameters, appearance_, projection, surroundings.get(), options, true);
-    Shading(model_, appearance_, shader, level, projection.clip.empty() ? std::uint16_t{0} : kTwoSidedBit)
+        surroundings = surroundings_->in_frame(appearance, projection, options);
+    const PointShader shader(model_.parameters, appearance, projection, surroundings.get(), options, true);
+    Shading(model_, appearance, shader, level, projection.clip.empty() ? std::uint16_t{0} : kTwoSidedBit)
         .resolve(target);
     if (surroundings)
         surroundings->draw_behind(target, static_cast<float>(model_.parameters.grid.edge()));

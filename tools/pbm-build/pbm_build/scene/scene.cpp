@@ -82,7 +82,7 @@ double distance_of(const Light &light, const ModelFrame &frame) {
 std::vector<LightRequest> lights_of(const SceneRequest &request, BuildStatistics &statistics) {
     if (!request.lights.empty() || (!request.shadows && !request.ground))
         return request.lights;
-    statistics.report(Warning::default_lights, "lights", "none are given: the two of viewers");
+    statistics.report(Warning::default_lights, "lights", "none are given: the set 'two', which stays with the model");
     return light_set(kDefaultLights);
 }
 
