@@ -12,6 +12,7 @@ export const PROPERTIES = {
     cameraTarget: String,
     fieldOfView: String,
     background: String,
+    lightFollows: String,
     loading: String,
     reveal: String,
     touchAction: String,
