@@ -111,6 +111,7 @@ struct ModelParameters {
     std::vector<SolidTexture> texture; // one if attributes.texture, else none
     std::optional<GroundPlane> ground;
     std::vector<Field> fields; // 0..kMaxFields
+    bool closed = false;
     bool operator==(const ModelParameters &) const = default;
 };
 
