@@ -84,6 +84,8 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
         return usage("options.samples is " + std::to_string(options.samples) + ", not 1 .. 256");
     if (options.depth_cue < PBM_NO_CUE || options.depth_cue > PBM_AMBIENT_OCCLUSION)
         return usage("options.depth_cue is " + std::to_string(options.depth_cue) + ", which is none");
+    if (options.light_follows < PBM_LIGHTS_DEFAULT || options.light_follows > PBM_LIGHTS_MODEL)
+        return usage("options.light_follows is " + std::to_string(options.light_follows) + ", which is nothing");
     if ((options.flags & ~kFlags) != 0)
         return usage("options.flags has unknown bits");
     if (options.finest_level < 0 || options.finest_level > kMaxDepth)
@@ -93,6 +95,8 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
     request.fine = options.quality == PBM_FINE;
     request.samples = options.samples == 0 ? kDefaultSamples : options.samples;
     request.depth_cue = options.depth_cue;
+    if (options.light_follows != PBM_LIGHTS_DEFAULT)
+        request.lights_follow = options.light_follows == PBM_LIGHTS_EYE ? LightsFollow::eye : LightsFollow::model;
     if (options.finest_level > 0)
         request.view.finest = options.finest_level;
     request.view.max_error = options.max_error > 0 ? options.max_error : default_max_error(request.fine);
@@ -287,6 +291,12 @@ Result<Detail> Drawing::load(const DetailView &view) {
     }
 }
 
+Appearance Drawing::appearance(const Request &request) const {
+    Appearance appearance(model_.reader().parameters());
+    appearance.lights_follow = request.lights_follow.value_or(appearance.lights_follow);
+    return appearance;
+}
+
 void Drawing::render(const Detail &detail, const Request &request, Framebuffer &target) {
     const Reader &reader = model_.reader();
     const Camera &camera = request.view.camera;
@@ -295,6 +305,7 @@ void Drawing::render(const Detail &detail, const Request &request, Framebuffer &
     } else {
         if (!fast_)
             fast_.emplace(reader.parameters(), reader.header().chunk_points, pool_, surroundings_);
+        fast_->set_appearance(appearance(request));
         fast_->render(detail.runs, camera, request.render, target);
     }
 }
@@ -303,9 +314,13 @@ void Drawing::render_fine(const Detail &detail, const Request &request, Framebuf
     const Reader &reader = model_.reader();
     if (!fine_)
         fine_.emplace(reader.parameters(), reader.header().chunk_points, pool_, surroundings_);
-    FinePicture picture{
-        .view = request.view, .options = request.render, .with_depths = !target.depth.empty(), .chunks = detail.chunks};
+    FinePicture picture{.view = request.view,
+                        .options = request.render,
+                        .lights_follow = request.lights_follow,
+                        .with_depths = !target.depth.empty(),
+                        .chunks = detail.chunks};
     if (fine_picture_ != picture || fine_->samples() > request.samples) {
+        fine_->set_appearance(appearance(request));
         fine_->begin(detail.runs, request.view.camera, request.render, target);
         fine_picture_ = std::move(picture);
     }

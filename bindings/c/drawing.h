@@ -3,6 +3,7 @@
 
 #include "model.h"
 
+#include "pbm_render/appearance/appearance.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
@@ -33,6 +34,7 @@ class Drawing {
         bool fine = false;
         int samples = kDefaultSamples;
         int depth_cue = PBM_NO_CUE;
+        std::optional<LightsFollow> lights_follow{}; // default: as Appearance has them
     };
     // Draws what is there and fits. `target` has depths if the cue needs them.
     //
@@ -49,6 +51,7 @@ class Drawing {
 
     Status open_surroundings();
     Result<Detail> load(const DetailView &view);
+    Appearance appearance(const Request &request) const;
     void render(const Detail &detail, const Request &request, Framebuffer &target);
     void render_fine(const Detail &detail, const Request &request, Framebuffer &target);
 
@@ -65,6 +68,7 @@ class Drawing {
     struct FinePicture {
         DetailView view;
         RenderOptions options;
+        std::optional<LightsFollow> lights_follow{};
         bool with_depths = false;
         std::vector<std::shared_ptr<const void>> chunks;
         bool operator==(const FinePicture &) const = default;

@@ -265,6 +265,10 @@ typedef enum pbm_quality { PBM_FAST = 0, PBM_FINE = 1 } pbm_quality;
 // Screen-space shading that shows the shape of models without colours.
 typedef enum pbm_depth_cue { PBM_NO_CUE = 0, PBM_EYE_DOME = 1, PBM_AMBIENT_OCCLUSION = 2 } pbm_depth_cue;
 
+// What lights stay with when the camera moves. By default those of the file stay with the model, and a model without
+// lights is lit from beside the eye. Lights that follow the eye cast no shadows.
+typedef enum pbm_light_follows { PBM_LIGHTS_DEFAULT = 0, PBM_LIGHTS_EYE = 1, PBM_LIGHTS_MODEL = 2 } pbm_light_follows;
+
 // Bits of pbm_render_options.flags.
 enum {
     PBM_BACKGROUND = 1, // use `background`; else 51, 51, 51, 255
@@ -286,7 +290,8 @@ typedef struct pbm_render_options {
     int32_t finest_level;  // do not draw finer levels than this one; default: all
     double max_error;      // pixels: largest edge of a drawn voxel that has children; default 2, of fine pictures 1.42
     int32_t threads;
-    uint64_t max_memory; // bytes of decoded points that are kept, for this picture and the next ones; default 8 GiB
+    uint64_t max_memory;   // bytes of decoded points that are kept, for this picture and the next ones; default 8 GiB
+    int32_t light_follows; // pbm_light_follows
 } pbm_render_options;
 
 typedef struct pbm_picture {

@@ -25,7 +25,6 @@ class FacingTest {
     FacingTest(const ShadowCasters &casters, const LightPlace &light) : casters_(casters), light_(light) {}
 
     bool faces(const LevelBrick &brick, std::size_t i) const {
-        const std::uint16_t stored = casters_.normals()[i];
         Vector3 travel = light_.direction;
         if (!light_.parallel) {
             travel = voxel_centre(brick, casters_.places()[i]);
@@ -34,7 +33,7 @@ class FacingTest {
             if (light_.spot && dot(travel, light_.direction) <= 0)
                 return false;
         }
-        return (stored & kTwoSidedBit) != 0 || dot(normals_[stored & kNormalIndexMask], travel) < 0;
+        return casters_.has_two_sides(i) || dot(normals_[casters_.normals()[i] & kNormalIndexMask], travel) < 0;
     }
 
   private:

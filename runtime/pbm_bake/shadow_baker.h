@@ -31,9 +31,11 @@ struct ShadowOptions {
     const std::atomic<bool> *stop = nullptr;   // another thread sets it to true to stop; the result is then empty
 };
 
-// Returns one byte per point of `casters`, 0 (in shadow)..2^bits - 1 (lit). Points that face away or lie behind a spot
-// light are never lit. They get the value of neighbours that face the light, so that averages hold the lit fraction of
-// what can be lit, and the stream compresses. `light` obeys BVG.md 3.7. The ground plane casts no shadow.
+// Returns one byte per point of `casters`, 0 (in shadow)..2^bits - 1 (lit): whether something else lies between the
+// light and the side of the point that faces it. The back of a point is lit if the model is not closed
+// (ModelParameters::closed) or the point is two-sided. Other points that face away, and points behind a spot light, are
+// never lit. They get the value of neighbours that face the light, so that averages hold the lit fraction of what can
+// be lit, and the stream compresses. `light` obeys BVG.md 3.7. The ground plane casts no shadow.
 //
 // throws  std::bad_alloc
 Bytes bake_light(const ShadowCasters &casters, const Light &light, const ShadowOptions &options = {});

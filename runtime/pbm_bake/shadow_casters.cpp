@@ -19,12 +19,12 @@ std::vector<MortonCode> finest_codes(const Model &model) {
 ShadowCasters::ShadowCasters(const Model &model, int threads)
     : ShadowCasters(model.parameters.grid,
                     {model.parameters.grid.depth, finest_codes(model), model.levels.back().points.normals,
-                     model.levels.back().points.radii},
+                     model.levels.back().points.radii, model.parameters.closed},
                     threads) {}
 
 ShadowCasters::ShadowCasters(const Grid &grid, const PointsOfLevel &points, int threads)
-    : level_(points.level), voxel_size_(grid.voxel_size_at(points.level)), up_(grid.up), normals_(points.normals),
-      radii_(points.radii) {
+    : level_(points.level), voxel_size_(grid.voxel_size_at(points.level)), up_(grid.up), closed_(points.closed),
+      normals_(points.normals), radii_(points.radii) {
     assert(points.codes.size() == normals_.size() && normals_.size() == radii_.size());
     find_bricks(points.codes);
     offsets_ = carried_offsets({level_, bricks_, places_, normals_, radii_}, threads);

@@ -22,6 +22,7 @@ struct PointsOfLevel {
     std::span<const MortonCode> codes;      // ascending, unique
     std::span<const std::uint16_t> normals; // normal index | kTwoSidedBit
     ByteView radii;                         // index into the radius table
+    bool closed = false;                    // as ModelParameters has it
 };
 
 // Centre of the voxel at a place (Morton code) of a brick, in voxels from the grid's minimum corner.
@@ -53,6 +54,9 @@ class ShadowCasters {
     // each other they are one surface. [size()]
     const CarriedOffsets &offsets() const { return offsets_; }
     std::span<const std::uint16_t> normals() const { return normals_; }
+    // Whether a light that the point's normal faces away from may reach its back. The back of a closed surface is never
+    // seen, and none of its points is lit from there.
+    bool has_two_sides(std::size_t point) const { return !closed_ || (normals_[point] & kTwoSidedBit) != 0; }
     ByteView radii() const { return radii_; }
 
   private:
@@ -61,6 +65,7 @@ class ShadowCasters {
     int level_;
     double voxel_size_;
     UpAxis up_;
+    bool closed_;
     std::span<const std::uint16_t> normals_;
     ByteView radii_;
     std::vector<LevelBrick> bricks_;

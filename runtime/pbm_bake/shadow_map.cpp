@@ -262,7 +262,6 @@ void ShadowView::draw(int first, int rows, std::span<float> map) const {
 
 template <bool kPerspective> void ShadowView::vote_bricks(const Rows &rows, std::span<std::uint8_t> votes) const {
     const auto bricks = casters_.bricks();
-    const std::uint16_t *const normal_of = casters_.normals().data();
     const SplatsOfView splats(*this);
     const float e = inverse_distance_;
     const bool one_of_six = view_.face >= 0;
@@ -270,18 +269,23 @@ template <bool kPerspective> void ShadowView::vote_bricks(const Rows &rows, std:
         if (!rows.touch(bricks_[b]))
             continue;
         for (std::size_t i = bricks[b].first_point, end = bricks[b + 1].first_point; i < end; ++i) {
-            const Splat p = splats.receiver(bricks_[b], i);
+            Splat p = splats.receiver(bricks_[b], i);
             const ViewNormal &n = *p.normal;
-            float q = 1, cosine = n.z;
+            float cosine = n.z;
+            if constexpr (kPerspective)
+                cosine += e * (n.x * p.x + n.y * p.y + n.z * p.z);
+            if (cosine >= 0) {
+                if (!casters_.has_two_sides(i))
+                    continue;
+                p = splats.caster(bricks_[b], i); // the layers above it lie behind its back
+            }
+            float q = 1;
             if constexpr (kPerspective) {
                 const float along = 1 + e * p.z;
                 if (along <= 0)
                     continue;
                 q = 1 / along;
-                cosine += e * (n.x * p.x + n.y * p.y + n.z * p.z);
             }
-            if (cosine >= 0 && (normal_of[i] & kTwoSidedBit) == 0)
-                continue;
             const float u = p.x * q, v = p.y * q;
             if constexpr (kPerspective)
                 if (one_of_six && (u * e < -1 || u * e >= 1 || v * e < -1 || v * e >= 1))

@@ -24,7 +24,8 @@ class ShadowView {
     // Draws all splats into rows first..first + rows - 1 of the map; `map` holds only these rows.
     void draw(int first, int rows, std::span<float> map) const;
 
-    // Adds 1 to the vote of every point that faces the light, projects into these rows and is not occluded.
+    // Adds 1 to the vote of every point that faces the light or has two sides, projects into these rows and is not
+    // occluded.
     void vote(int first, int rows, std::span<float> map, std::span<std::uint8_t> votes) const;
 
     // Texel and depth of a position of a plane that casts no shadow itself.

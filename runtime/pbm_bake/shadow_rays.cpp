@@ -104,11 +104,11 @@ ShadowRays::ShadowRays(const ShadowCasters &casters, const TriangleTree &triangl
 std::size_t ShadowRays::blocks() const { return (casters_.bricks().size() - 1 + kBricksAtOnce - 1) / kBricksAtOnce; }
 
 bool ShadowRays::reached(const Start &from, const LightPlace &light) const {
-    const Way way = way_to(light, from.place);
+    const Way way = way_to(light, from.front);
     const bool away = dot(from.normal, way.direction) < -kMinCosine;
-    if (away && !from.two_sided)
+    if (away && !from.two_sides)
         return false;
-    const Position start = raised(from.place, from.normal, away ? -kLift : kLift);
+    const Position start = away ? raised(from.back, from.normal, -kLift) : raised(from.front, from.normal, kLift);
     const Way rest = way_to(light, start);
     return !triangles_.blocks(start, rest.direction, rest.length);
 }
@@ -122,10 +122,9 @@ void ShadowRays::vote(std::size_t block, std::span<const LightPlace> parts, std:
             const Position place{centre[0] + static_cast<float>(offsets_[i].x) / kRayOffsetSteps,
                                  centre[1] + static_cast<float>(offsets_[i].y) / kRayOffsetSteps,
                                  centre[2] + static_cast<float>(offsets_[i].z) / kRayOffsetSteps};
-            const std::uint16_t stored = casters_.normals()[i];
-            const Position normal = unit_normal(stored);
-            const Start start{raised(place, normal, static_cast<float>(offsets_[i].layers) / kLayerSteps), normal,
-                              (stored & kTwoSidedBit) != 0};
+            const Position normal = unit_normal(casters_.normals()[i]);
+            const Start start{raised(place, normal, static_cast<float>(offsets_[i].layers) / kLayerSteps), place,
+                              normal, casters_.has_two_sides(i)};
             std::size_t asked = 0, lit = 0;
             for (const LightPlace &part : parts) {
                 if (asked == kFirstParts && (lit == 0 || lit == asked))

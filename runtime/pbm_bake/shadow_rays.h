@@ -25,9 +25,10 @@ class ShadowRays {
     // A block of bricks is the unit of parallel work.
     std::size_t blocks() const;
 
-    // For each point of a block, counts the parts of a light that a ray reaches; 0 if the point faces none. Parts are
+    // For each point of a block, counts the parts of a light that a ray reaches, from the side of the point that faces
+    // the light; 0 if that is the back of a point without two sides. Parts are
     // lights without size, in an order that spreads the first of them well: where those agree, the others are skipped.
-    // A ray starts a quarter of a voxel above the surface, along the point's normal: voxels do not hold lower relief.
+    // A ray starts a quarter of a voxel off the surface, along the point's normal: voxels do not hold lower relief.
     // The surface is the position on the triangles nearest to the voxel's centre. Where scans overlap in layers up to
     // two voxels apart, it is the outermost layer, which is what is seen.
     void vote(std::size_t block, std::span<const LightPlace> parts, std::span<std::uint8_t> votes) const;
@@ -38,8 +39,8 @@ class ShadowRays {
         std::uint8_t layers; // of the outermost layer along the normal, in kLayerSteps-ths of a voxel
     };
     struct Start {
-        Position place, normal;
-        bool two_sided;
+        Position front, back, normal; // on the outermost layer, and on the surface
+        bool two_sides;
     };
     bool reached(const Start &from, const LightPlace &light) const;
 

@@ -94,4 +94,14 @@ check((work / "d.png").read_bytes() != (work / "a.png").read_bytes(), "the camer
 _, _, channels, pixels = pictures.read_png(work / "d.png")
 check(any(pixels[i : i + 3] != background for i in range(0, len(pixels), channels)), "nothing is seen from behind")
 
+# The model has no lights: its light stays beside the eye, unless it is to stay with the model.
+def brightness(name):
+    return sum(pictures.read_png(work / name)[3])
+
+from_behind = (*size, "--camera-position", ",".join(map(str, behind)), "--camera-focal-point", ",".join(map(str, centre)))
+for follows in ("eye", "model"):
+    run("pbm-render", "j1.pbvg", "-o", f"{follows}.png", *from_behind, f"--light-follows={follows}")
+same("eye.png", "d.png")
+check(brightness("model.png") < 0.95 * brightness("d.png"), "the light follows the eye although it is to stay")
+
 print(f"{info['points']} points, {info['file_bytes']} bytes, {sum(drawn)} pixels drawn")

@@ -217,23 +217,23 @@ void print_psnr(const std::vector<NamedView> &views, const Renderer &renderer) {
 
 void measure(const RayCaster &rays, const Subject &subject, const ModelParameters &parameters,
              const std::vector<NamedView> &views, std::vector<Renderer> &renderers, const Options &options) {
-    const std::vector<Light> lights =
-        parameters.lights.empty() ? default_lights(parameters.grid.up) : parameters.lights;
     const auto &origin = parameters.grid.origin;
-    const TracedScene scene{.rays = rays,
-                            .mesh = subject.mesh,
-                            .look = subject.look,
-                            .materials = parameters.materials,
-                            .lights = lights,
-                            .light_origin = {origin[0], origin[1], origin[2]},
-                            .edge = parameters.grid.edge(),
-                            .shows_backs = shows_backs(Camera{}, parameters),
-                            .shadowed = options.shadows ? parameters.attributes.lights : 0};
+    TracedScene scene{.rays = rays,
+                      .mesh = subject.mesh,
+                      .look = subject.look,
+                      .materials = parameters.materials,
+                      .lights = {},
+                      .light_origin = {origin[0], origin[1], origin[2]},
+                      .edge = parameters.grid.edge(),
+                      .shows_backs = shows_backs(Camera{}, parameters),
+                      .shadowed = options.shadows ? parameters.attributes.lights : 0};
     Drawing drawing(options.resolution.x, options.resolution.y);
     for (const NamedView &view : views) {
         const PictureTruth truth(rays.cast(view.camera, options.resolution.x, options.resolution.y, 0),
                                  options.resolution.x, scene.shows_backs);
         std::vector<Srgb> colours;
+        const Appearance seen = seen_from(eye_axes(view.camera), parameters.grid, Appearance(parameters));
+        scene.lights = seen.lights;
         if (options.shading)
             colours = trace(scene, view.camera, options.resolution.x, options.resolution.y, options.samples, 0);
         const std::string picture = options.pictures.empty() ? "" : options.pictures + "/" + view.name;

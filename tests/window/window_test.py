@@ -858,7 +858,7 @@ def test_panel(display):
         view.next_frame("key", "Tab")
         # Makes a light brighter, then resets it.
         view.next_frame(*clicked(193))
-        view.act(*clicked(271, left + 140))
+        view.act(*clicked(297, left + 140))
         view.next_frame(*clicked(193))
         view.next_frame("key", "Tab")
         brighter = view.grab()
@@ -869,7 +869,7 @@ def test_panel(display):
         check_same_in_the_end(view, "model.pbvg", "the look after Reset")
         check(view.quit() == 0, "Escape does not end with 0")
     # Keys typed into a number field, including Escape and Return, are not commands of the window.
-    field = (left + 60, 297)
+    field = (left + 60, 323)
     with View(display, "--panel", "model.pbvg", size=size) as view:
         check(view.grab() != first, "--panel does not show it")
         view.next_frame(*clicked(193))
@@ -996,6 +996,32 @@ def test_moved_lights(display):
         result = run("pbm-build", "-q", "--depth", 7, "--recipe", "lit-1.toml", "scan.ply", "-o", "again.pbvg")
         check(result.returncode == 0, f"{result}\n{(work / 'lit-1.toml').read_text()}")
         check(view.quit() == 0, "Escape asks although a recipe was saved")
+
+
+def test_lights_that_follow_the_eye(display):
+    """A model without lights is lit from beside the eye; L moves its light for every side; saved lights stay."""
+    shutil.copy(work / "model.pbvg", work / "unlit.pbvg")
+    with View(display, "unlit.pbvg") as view:
+        view.key("Left")
+        check_same_in_the_end(view, "unlit.pbvg", "light from beside the eye")
+        fixed = rendered("unlit.pbvg", *view.view(), "--light-follows=model")
+        check(fixed[2] != view.grab()[2], "the light stays with the model")
+        view.act("keydown", "l", *dragged(1, (240, 180), (420, 60)), "keyup", "l")
+        view.key("Left")
+        time.sleep(0.5)
+        moved, camera = view.grab(), view.view()
+        view.xdotool("key", "ctrl+s", "key", "Return")
+        view.wait(lambda: view.lines("saved unlit.pbvg"), "saved model")
+        check_same_in_the_end(view, "unlit.pbvg", "the saved light")
+        different = sum(abs(a - b) > 3 for a, b in zip(moved[2], view.grab()[2]))
+        check(different < len(moved[2]) / 1000, f"the saved model looks different: {different} bytes")
+        check(view.quit() == 0, "Escape does not end with 0 after the model was saved")
+    eye = rendered("unlit.pbvg", *camera, "--light-follows=eye")
+    check(eye[2] != moved[2], "the lights of a file do not follow the eye")
+    with View(display, "--light-follows=model", "model.pbvg") as view:
+        view.key("Left")
+        check("--light-follows=model" in view.view(), f"{view.view()}")
+        check_same_in_the_end(view, "model.pbvg", "a light that stays with the model")
 
 
 def test_headlight_and_options(display):

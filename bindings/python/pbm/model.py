@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _ATTRIBUTES = {"colours": 1, "materials": 2, "texture": 4, "shadows": 8, "ground": 16, "panorama": 32, "closed": 64}
 _QUALITIES = {"fast": 0, "fine": 1}
 _DEPTH_CUES = {None: 0, "eye_dome": 1, "ambient_occlusion": 2}
+_LIGHT_FOLLOWS = {None: 0, "eye": 1, "model": 2}
 _LEFT_OUT = {"texture": 2, "colours": 4, "shadows": 8, "ground": 16, "panorama": 32, "reflections": 64}
 
 
@@ -254,7 +255,7 @@ class Model:
     def render(self, camera: Camera | None = None, size: tuple[int, int] = (1280, 720), *, quality: str = "fast",
                samples: int = 0, depth_cue: str | None = None, background: Sequence[int] | None = None,
                without: Iterable[str] = (), finest_level: int = 0, max_error: float = 0, depth: bool = False,
-               threads: int = 0) -> np.ndarray | tuple[np.ndarray, np.ndarray]:
+               threads: int = 0, light_follows: str | None = None) -> np.ndarray | tuple[np.ndarray, np.ndarray]:
         """Draws a picture: [height][width][4] uint8, sRGB with straight alpha, top row first.
 
         camera        None: default_camera(size)
@@ -268,6 +269,8 @@ class Model:
         max_error     pixels: largest edge of a drawn voxel that has children; 0: 2, of fine pictures 1.42
         depth         also return depths: [height][width] float32, distance along the view in model units, infinity
                       where nothing is
+        light_follows "eye": lights turn with the camera and cast no shadows; "model": they stay where they are; None:
+                      those of the file stay, and a file without lights is lit from beside the eye
 
         Raises UsageError for a camera that sees nothing, InvalidError for a damaged file, LimitError.
         """
@@ -276,7 +279,8 @@ class Model:
         width, height = (int(n) for n in size)
         options = _library.RenderOptions(quality=_choice("quality", quality, _QUALITIES), samples=samples,
                                          depth_cue=_choice("depth_cue", depth_cue, _DEPTH_CUES),
-                                         finest_level=finest_level, max_error=max_error, threads=threads)
+                                         finest_level=finest_level, max_error=max_error, threads=threads,
+                                         light_follows=_choice("light_follows", light_follows, _LIGHT_FOLLOWS))
         for name in without:
             options.flags |= _choice("without", name, _LEFT_OUT)
         if background is not None:

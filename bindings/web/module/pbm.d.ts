@@ -124,6 +124,9 @@ export interface RenderOptions {
     maxMemory?: number;
     /** Shows the shape of models without colours. Default: "none". */
     depthCue?: "none" | "eye-dome" | "ambient-occlusion";
+    /** "eye": lights turn with the camera and cast no shadows; "model": they stay where they are. Default: those of the
+     *  file stay, and a file without lights is lit from beside the eye. */
+    lightFollows?: "default" | "eye" | "model";
     /** What to leave out. */
     without?: Array<"texture" | "colours" | "shadows" | "ground" | "panorama" | "reflections">;
 }

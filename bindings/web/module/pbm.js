@@ -25,6 +25,7 @@ const CLIP_PLANE = 1,
 const BACKS = { auto: 0, show: 1, hide: 2 };
 const QUALITIES = { fast: 0, fine: 1 };
 const DEPTH_CUES = { none: 0, "eye-dome": 1, "ambient-occlusion": 2 };
+const LIGHT_FOLLOWS = { default: 0, eye: 1, model: 2 };
 const LEVELS = { full: 0, quick: 1, deep: 2 };
 const SEVERITIES = ["info", "warning", "error"];
 const NO_OFFSET = 2 ** 64; // UINT64_MAX as a number
@@ -217,6 +218,7 @@ function writeOptions(memory, address, given, threads) {
     memory.write(OPTIONS, address, {
         quality: oneOf(QUALITIES, given.quality ?? "fast", "quality"),
         depthCue: oneOf(DEPTH_CUES, given.depthCue ?? "none", "depthCue"),
+        lightFollows: oneOf(LIGHT_FOLLOWS, given.lightFollows ?? "default", "lightFollows"),
         samples: given.samples,
         finestLevel: given.finestLevel,
         maxError: given.maxError,

@@ -31,7 +31,7 @@ export const CAMERA = structure(
 );
 export const OPTIONS = structure(
     "u32 structSize, i32 quality, i32 samples, i32 depthCue, u32 flags, u8 background 4, i32 finestLevel, f64 maxError, " +
-        "i32 threads, u64 maxMemory",
+        "i32 threads, u64 maxMemory, i32 lightFollows",
 );
 export const PICTURE = structure(
     "u32 structSize, i32 width, i32 height, address pixels, u32 pixelBytes, u32 stride, address depths, u32 depthCount, " +

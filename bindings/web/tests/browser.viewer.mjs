@@ -299,7 +299,7 @@ describe("the page", () => {
             ]);
             const names = await page.evaluate(() => {
                 const texts =
-                    "alt poster quality cameraOrbit cameraTarget fieldOfView background loading reveal touchAction";
+                    "alt poster quality cameraOrbit cameraTarget fieldOfView background lightFollows loading reveal touchAction";
                 const given = {
                     ...Object.fromEntries(texts.split(" ").map((name) => [name, "auto"])),
                     background: "#333",
@@ -315,9 +315,10 @@ describe("the page", () => {
                 return { wrong, names, left: viewer.getAttributeNames() };
             });
             const others = ["auto-rotate", "disable-zoom", "id", "max-memory", "src"];
-            const texts = ["alt", "background", "camera-orbit", "camera-target", "field-of-view", "loading", "poster"];
+            const texts = ["alt", "background", "camera-orbit", "camera-target", "field-of-view", "light-follows"];
+            const words = ["loading", "poster", "quality", "reveal", "touch-action"];
             assert.deepEqual(names.wrong, []);
-            assert.deepEqual(names.names.sort(), [...others, ...texts, "quality", "reveal", "touch-action"].sort());
+            assert.deepEqual(names.names.sort(), [...others, ...texts, ...words].sort());
             assert.deepEqual(names.left.sort(), others);
             page.faults.length = 0; // the poster "auto" is not there
         });

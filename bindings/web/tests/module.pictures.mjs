@@ -57,6 +57,8 @@ const OPTIONS = [
     [{ finestLevel: 3 }, ["--level", "3"]],
     [{ maxError: 9.5 }, ["--max-error", "9.5"]],
     [{ quality: "fine", samples: 3 }, ["--quality", "fine", "--samples", "3"]],
+    [{ lightFollows: "eye" }, ["--light-follows", "eye"]],
+    [{ lightFollows: "model" }, ["--light-follows", "model"]],
     [{ depthCue: "eye-dome" }, ["--depth-cue", "eye-dome"]],
     [{ depthCue: "ambient-occlusion" }, ["--depth-cue", "ambient-occlusion"]],
 ];

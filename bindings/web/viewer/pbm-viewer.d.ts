@@ -20,6 +20,8 @@
 //                  as fine as can be drawn in 1.5 seconds
 //   backs          show: points are seen from both sides; hide: rooms are seen into from outside; auto (default): shown,
 //                  unless the file says that its surface is closed
+//   light-follows  eye: lights turn with the view and cast no shadows; model: they stay where they are. Default: those
+//                  of the file stay, and a file without lights is lit from beside the eye
 //   poster         address of a picture that is shown until the model is; or give an element slot="poster"
 //   loading        auto (default) and lazy: once the element comes near the visible part of the page; eager: at once
 //   reveal         auto (default): the poster goes with the first picture; manual: with dismissPoster()
@@ -147,6 +149,7 @@ export class PbmViewer extends HTMLElement {
     cameraTarget: string | null;
     fieldOfView: string | null;
     background: string | null;
+    lightFollows: "eye" | "model" | null;
     loading: "auto" | "lazy" | "eager" | null;
     reveal: "auto" | "manual" | null;
     touchAction: string | null;

@@ -23,7 +23,7 @@ const FAILURES_TOLD = 3; // in a row, before a network failure is an error event
 
 class PbmViewer extends HTMLElement {
     static observedAttributes = (
-        "src poster quality backs auto-rotate camera-orbit camera-target field-of-view background loading reveal controls alt"
+        "src poster quality backs auto-rotate camera-orbit camera-target field-of-view background light-follows loading reveal controls alt"
     ).split(" ");
 
     #parts = {}; // by id
@@ -529,6 +529,7 @@ class PbmViewer extends HTMLElement {
             background: colour(this.getAttribute("background") ?? "transparent"),
             quality: this.getAttribute("quality") ?? "auto",
             backs: this.getAttribute("backs") ?? "auto",
+            lightFollows: lightFollowsOf(this.getAttribute("light-follows")),
             hotspots: this.#hotspots.places,
         });
     }
@@ -541,6 +542,11 @@ class PbmViewer extends HTMLElement {
 
 function fault(code, name, message) {
     return { code, name, offset: null, rule: "", message };
+}
+
+// Whatever else the attribute says is the default.
+function lightFollowsOf(text) {
+    return text === "eye" || text === "model" ? text : "default";
 }
 
 function isMotionReduced() {

@@ -13,6 +13,7 @@ export const PROPERTIES = {
     cameraTarget: String,
     fieldOfView: String,
     background: String,
+    lightFollows: String,
     loading: String,
     reveal: String,
     touchAction: String,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_format/model/model.h"
+#include "pbm_render/camera/camera.h"
 
 #include <array>
 #include <memory>
@@ -28,16 +29,34 @@ struct ShadowSource {
     bool operator==(const ShadowSource &) const = default;
 };
 
+// What lights stay with when the camera moves.
+enum class LightsFollow : std::uint8_t { eye, model };
+
+// Lights from beside the eye, for files without lights: a key light from the upper left and a weaker fill light from
+// the right, as seen by the eye of front_axes.
+std::vector<Light> default_lights(UpAxis up);
+
 struct Appearance {
-    // Copies the file's appearance; uses default_lights if the file has no lights.
+    // Copies the file's appearance. The lights of a file follow the model. A file without lights gets default_lights,
+    // which follow the eye.
     explicit Appearance(const ModelParameters &parameters);
 
-    std::vector<Material> materials;                // as many as the file has
-    std::vector<Light> lights;                      // at most kMaxLights; the first ones own the file's shadow streams
+    std::vector<Material> materials; // as many as the file has
+    std::vector<Light> lights;       // at most kMaxLights; the first ones own the file's shadow streams
+    LightsFollow lights_follow = LightsFollow::model;
+    UpAxis up = UpAxis::y; // lights that follow the eye are given as they stand for the eye of front_axes(up)
     std::array<ShadowSource, kMaxLights> shadows{}; // of these
     std::array<Rgb8, 256> palette{};                // for the values of palette_stream
     std::array<Rgb8, 256> ground_palette{};
     bool operator==(const Appearance &) const = default;
 };
+
+// The lights that `file` keeps of an appearance: none where they are the default_lights of a file without lights.
+std::vector<Light> lights_to_keep(const Appearance &appearance, const ModelParameters &file);
+
+// The appearance in a picture of a camera with these axes, its lights fixed to the model: every renderer draws with it.
+// Lights that follow the eye turn about the centre of the grid as the eye has turned from front_axes; baked shadows do
+// not apply to them, so that they cast none.
+Appearance seen_from(const EyeAxes &eye, const Grid &grid, Appearance appearance);
 
 } // namespace pbm

@@ -7,17 +7,6 @@
 
 namespace pbm {
 
-std::vector<Light> default_lights(UpAxis up) {
-    const glm::dvec3 y = up_direction(up);
-    const glm::dvec3 z = front_direction(up);
-    const glm::dvec3 x = glm::cross(y, z);
-    const auto light = [&](glm::dvec3 travel, float intensity) {
-        const glm::vec3 d = glm::normalize(x * travel.x + y * travel.y + z * travel.z);
-        return Light{.intensity = {intensity, intensity, intensity}, .direction = {d.x, d.y, d.z}};
-    };
-    return {light({0.62, -0.6, -0.52}, 1.1F), light({-0.85, -0.05, -0.4}, 0.18F)};
-}
-
 glm::vec3 phong(const Material &material, const Light &light, glm::vec3 normal, glm::vec3 to_light, glm::vec3 to_eye) {
     const float diffuse = glm::dot(normal, to_light);
     if (diffuse <= 0)

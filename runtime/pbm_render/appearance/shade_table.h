@@ -3,7 +3,6 @@
 #pragma once
 
 #include "pbm_format/model/model.h"
-#include "pbm_render/camera/camera.h"
 #include "pbm_render/picture/framebuffer.h"
 
 #include <glm/vec3.hpp>
@@ -11,10 +10,6 @@
 #include <vector>
 
 namespace pbm {
-
-// Two directional lights that show the shape, for files without lights: a key light from the upper left front and a
-// dimmer fill light from the right, as seen by the default camera. They do not move with the camera.
-std::vector<Light> default_lights(UpAxis up);
 
 // What a light adds to the reflection of a point: kd * diffuse + ks * specular, times the light's intensity.
 // `to_light` and `to_eye` are unit vectors.

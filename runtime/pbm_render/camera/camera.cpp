@@ -55,4 +55,9 @@ glm::dvec3 up_direction(UpAxis up) {
 
 glm::dvec3 front_direction(UpAxis up) { return up == UpAxis::z ? glm::dvec3(0, -1, 0) : glm::dvec3(0, 0, 1); }
 
+EyeAxes front_axes(UpAxis up) {
+    const glm::dvec3 y = up_direction(up), z = front_direction(up);
+    return {.right = glm::cross(y, z), .up = y, .forward = -z};
+}
+
 } // namespace pbm

@@ -58,5 +58,7 @@ Camera telecentric(const Camera &camera, double grid_edge);
 // Up and front directions in model space. The default camera stands in front: +Z for Y up, -Y for Z up, +Z for X up.
 glm::dvec3 up_direction(UpAxis up);
 glm::dvec3 front_direction(UpAxis up);
+// Of an eye that looks level at the front.
+EyeAxes front_axes(UpAxis up);
 
 } // namespace pbm

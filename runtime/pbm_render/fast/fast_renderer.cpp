@@ -125,13 +125,15 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     const FrameGeometry geometry(projection, target.width, target.height);
     frame.runs.set(runs);
     frame.runs.begin_view(geometry);
-    frame.reader.begin(frame.parameters, frame.appearance, frame.runs);
-    const std::vector<EyeLight> lights = see_lights(frame.appearance.lights, frame.parameters.grid.edge(), projection);
-    const SurroundingsView surroundings(frame.surroundings.get(), frame.appearance, projection, options);
+    const Grid &grid = frame.parameters.grid;
+    const Appearance appearance = seen_from(projection.axes, grid, frame.appearance);
+    frame.reader.begin(frame.parameters, appearance, frame.runs);
+    const std::vector<EyeLight> lights = see_lights(appearance.lights, grid.edge(), projection);
+    const SurroundingsView surroundings(frame.surroundings.get(), appearance, projection, options);
     std::optional<PointShader> shader;
     frame.pool->run(frame.runs.size() + 1, [&](std::size_t item, std::size_t) {
         if (item == 0) // first, since it takes longest
-            shader.emplace(frame.parameters, frame.appearance, projection, &surroundings, options, false);
+            shader.emplace(frame.parameters, appearance, projection, &surroundings, options, false);
         else
             frame.runs.cull(item - 1, geometry, [&](const RunGeometry &run, std::span<SeenBrick> seen) {
                 bound_bricks(geometry, run, seen);

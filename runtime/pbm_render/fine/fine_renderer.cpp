@@ -55,15 +55,16 @@ struct Picture {
     Picture(const ModelParameters &parameters, const Appearance &look, const Surroundings *surroundings,
             const Camera &camera, const RenderOptions &asked, const Framebuffer &target)
         : width(target.width), height(target.height), with_depths(!target.depth.empty()), options(asked),
-          appearance(look), projection(in_unit_grid(camera, parameters), target.width, target.height),
-          points(parameters, appearance, options), around(surroundings, appearance, projection, options),
+          projection(in_unit_grid(camera, parameters), target.width, target.height),
+          appearance(seen_from(projection.axes, parameters.grid, look)), points(parameters, appearance, options),
+          around(surroundings, appearance, projection, options),
           lights(see_lights(appearance.lights, parameters.grid.edge(), projection)) {}
 
     const int width, height;
     const bool with_depths;
     const RenderOptions options;
-    const Appearance appearance;
     const Projection projection;
+    const Appearance appearance;
     const SurfacePoints points;
     const SurroundingsView around;
     const std::vector<EyeLight> lights;

@@ -410,11 +410,12 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
                                  octant_starts_);
         }
     }
+    const Appearance appearance = seen_from(projection.axes, model_.parameters.grid, appearance_);
     std::unique_ptr<const FrameSurroundings> surroundings;
     if (surroundings_)
-        surroundings = surroundings_->in_frame(appearance_, projection, options);
-    const PointShader shader(model_.parameters, appearance_, projection, surroundings.get(), options, true);
-    Shading(model_, appearance_, shader, level).resolve(target);
+        surroundings = surroundings_->in_frame(appearance, projection, options);
+    const PointShader shader(model_.parameters, appearance, projection, surroundings.get(), options, true);
+    Shading(model_, appearance, shader, level).resolve(target);
     if (surroundings)
         surroundings->draw_behind(target, static_cast<float>(model_.parameters.grid.edge()));
     return {level, model_.levels[static_cast<std::size_t>(level)].points.size(), walk.drawn_points};

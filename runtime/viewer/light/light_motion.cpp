@@ -55,13 +55,13 @@ Light placed(const Light &light, const LightFrame &frame, const LightBearing &to
 
 } // namespace
 
-LightFrame light_frame(const Grid &grid, const Sphere &bounds) {
-    const glm::dvec3 up = up_direction(grid.up), front = front_direction(grid.up);
+LightFrame light_frame(const Grid &grid, const Sphere &bounds, UpAxis up) {
+    const EyeAxes eye = front_axes(up);
     return {.centre = bounds.centre - glm::dvec3(grid.origin[0], grid.origin[1], grid.origin[2]),
             .radius = bounds.radius,
-            .right = glm::cross(up, front),
-            .up = up,
-            .front = front};
+            .right = eye.right,
+            .up = eye.up,
+            .front = -eye.forward};
 }
 
 LightBearing bearing_of(const Light &light, const LightFrame &frame) {
@@ -88,10 +88,9 @@ Light aimed_at_centre(Light light, const LightFrame &frame) {
     return light;
 }
 
-glm::dvec3 raking_direction(const Camera &camera, glm::dvec2 pointer) {
+glm::dvec3 raking_direction(const EyeAxes &axes, glm::dvec2 pointer) {
     const double reach = glm::length(pointer);
     const glm::dvec2 at = reach > kRaking ? pointer * (kRaking / reach) : pointer;
-    const EyeAxes axes = eye_axes(camera);
     return at.x * axes.right + at.y * axes.up - std::sqrt(1 - glm::dot(at, at)) * axes.forward;
 }
 

@@ -10,14 +10,14 @@
 
 namespace pbm {
 
-// The sphere around a model, in model units from the grid's minimum corner as lights have it, and the axes of the
-// default camera, which stands in front.
+// The sphere around a model, in model units from the grid's minimum corner as lights have it, and the axes of the eye
+// of front_axes: of the default camera, or of any camera for lights that follow the eye.
 struct LightFrame {
     glm::dvec3 centre{0};
     double radius = 1;
     glm::dvec3 right{1, 0, 0}, up{0, 1, 0}, front{0, 0, 1};
 };
-LightFrame light_frame(const Grid &grid, const Sphere &bounds);
+LightFrame light_frame(const Grid &grid, const Sphere &bounds, UpAxis up);
 
 // Where a light comes from, as seen from the centre.
 struct LightBearing {
@@ -36,9 +36,9 @@ Light moved_towards(const Light &light, const LightFrame &frame, const glm::dvec
 Light aimed_at_centre(Light light, const LightFrame &frame);
 
 // Raking light: the direction towards a light whose reflection a ball that fills the picture shows at `pointer` (right,
-// up; half picture heights from the picture's middle). In the middle the light comes from the eye, at the border from
-// the side.
-glm::dvec3 raking_direction(const Camera &camera, glm::dvec2 pointer);
+// up; half picture heights from the picture's middle) to an eye with these axes. In the middle the light comes from the
+// eye, at the border from the side.
+glm::dvec3 raking_direction(const EyeAxes &axes, glm::dvec2 pointer);
 
 // Whether both cast the same shadows.
 bool same_place(const Light &a, const Light &b);

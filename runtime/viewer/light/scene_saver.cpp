@@ -1,7 +1,6 @@
 #include "viewer/light/scene_saver.h"
 
 #include "pbm_format/writing/model_edit.h"
-#include "pbm_render/appearance/shade_table.h"
 #include "system/files/mapped_file.h"
 #include "viewer/light/light_motion.h"
 
@@ -15,9 +14,7 @@ Result<ModelEdit> edit_for(const Reader &file, const SceneSave &save) {
     ModelEdit edit(file);
     ModelParameters &parameters = edit.parameters;
     parameters.materials = save.appearance.materials;
-    // The lights that viewers choose for a file without lights stay theirs.
-    if (!parameters.lights.empty() || save.appearance.lights != default_lights(save.up))
-        parameters.lights = save.appearance.lights;
+    parameters.lights = lights_to_keep(save.appearance, parameters);
     if (!parameters.texture.empty())
         parameters.texture.front().palette = save.appearance.palette;
     if (parameters.ground && parameters.ground->texture)

@@ -137,8 +137,9 @@ std::string scene_as_options(const Appearance &appearance, const ModelParameters
     const auto add = [&](const char *option, const std::string &value) {
         text += std::string(" ") + option + " " + shell_quoted(value);
     };
-    for (std::size_t l = 0; l < appearance.lights.size(); ++l)
-        add("--light", light_as_option(appearance.lights[l], file.grid, casts(file, l)));
+    const std::vector<Light> lights = lights_to_keep(appearance, file);
+    for (std::size_t l = 0; l < lights.size(); ++l)
+        add("--light", light_as_option(lights[l], file.grid, casts(file, l)));
     if (file.attributes.lights > 0)
         text += " --shadows";
     for (const Material &material : of_object(appearance, file))
@@ -160,8 +161,9 @@ std::string scene_as_recipe(const Appearance &appearance, const ModelParameters 
     if (file.ground)
         text += "ground = \"" + std::string(ground_word(*file.ground)) + "\"\nground-material = \"" +
                 material_as_option(appearance.materials[file.ground->material]) + "\"\n";
-    for (std::size_t l = 0; l < appearance.lights.size(); ++l) {
-        const Light &light = appearance.lights[l];
+    const std::vector<Light> lights = lights_to_keep(appearance, file);
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+        const Light &light = lights[l];
         text += table_of("light", "kind", kKinds[static_cast<std::size_t>(light.kind)],
                          fields_of(light, file.grid, casts(file, l)));
     }

@@ -1,6 +1,7 @@
 // Drawing options: those of every renderer, and the viewer's own.
 #pragma once
 
+#include "pbm_render/appearance/appearance.h"
 #include "pbm_render/appearance/field_colours.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/picture/render_options.h"
@@ -41,9 +42,10 @@ struct LookOptions {
     Quality quality = Quality::automatic;
     int samples = kDefaultSamples; // per pixel of fine pictures, 1..kMaxSamples
     DepthCue depth_cue = DepthCue::none;
-    std::optional<Headlight> headlight; // in place of all other lights
-    std::optional<ColourBy> colour_by;  // of models that are opened from now on
-    bool legend = true;                 // of these colours
+    std::optional<LightsFollow> lights_follow; // default: as Appearance has them
+    std::optional<Headlight> headlight;        // in place of all other lights
+    std::optional<ColourBy> colour_by;         // of models that are opened from now on
+    bool legend = true;                        // of these colours
 };
 
 // The look with the quality that such pictures are drawn with: fast or fine.

@@ -48,6 +48,8 @@ const std::vector<std::pair<std::string, DepthCue>> kDepthCues{
 
 const std::vector<std::pair<std::string, Backs>> kBacks{
     {"auto", Backs::automatic}, {"show", Backs::show}, {"hide", Backs::hide}};
+const std::vector<std::pair<std::string, std::optional<LightsFollow>>> kLightsFollow{{"eye", LightsFollow::eye},
+                                                                                     {"model", LightsFollow::model}};
 
 const std::vector<std::pair<std::string, std::optional<UpAxis>>> kUpAxes{
     {"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}};
@@ -93,6 +95,9 @@ void add_shading_options(CommandLine &line, LookOptions &look) {
     line.add("--ground,!--no-ground", "The file's ground plane; default on", &render.ground);
     line.add("--reflections,!--no-reflections", "Of the panorama, where a material asks for it; default on",
              &render.reflections);
+    command_line::add_choice(line, "--light-follows", "light", kLightsFollow, look.lights_follow,
+                             "eye: lights turn with the camera and cast no shadows; model: they stay where they are; "
+                             "default: those of the file stay, and a file without lights is lit from beside the eye");
     line.add("--headlight",
              "One light that follows the camera in place of the file's, degrees to the right of the eye and above it; "
              "0,0: from the eye",
@@ -128,8 +133,7 @@ void add_view_options(CommandLine &line, ViewOptions &options) {
     line.add("--camera-view-angle", "Vertical angle of view, degrees", &options.view_angle,
              {.check = Numbers{0.01, 170}, .shows_default = true});
     command_line::add_choice(line, "--up", "axis", kUpAxes, options.up,
-                             "Axis that points up in the first view, a turntable and the light of files without "
-                             "lights; default: the model's");
+                             "Axis that points up in the first view and a turntable; default: the model's");
     command_line::add_choice<bool>(line, "--projection", "projection", {{"perspective", false}, {"orthographic", true}},
                                    options.orthographic,
                                    "perspective (default); orthographic: parallels stay parallel");
@@ -266,6 +270,8 @@ std::string look_as_options(const LookOptions &look) {
     if (look.colour_by)
         text += " --colour-by=" + colour_by_text(*look.colour_by);
     add_switch(look.legend, "--no-legend");
+    if (look.lights_follow)
+        text += " --light-follows=" + word_of(kLightsFollow, look.lights_follow);
     if (look.headlight)
         text += " --headlight=" + number_text(look.headlight->right) + "," + number_text(look.headlight->up);
     if (look.depth_cue != standard.depth_cue)

@@ -49,7 +49,7 @@ Status ModelDrawer::load(const Camera &camera, glm::ivec2 size, Motion motion) {
 RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, Motion motion, const RowTasks &tasks) {
     if (!painter_) {
         ReferenceRenderer renderer = whole_->renderer;
-        Appearance appearance = appearance_for(look_, camera);
+        Appearance appearance = appearance_for(look_);
         if (scene_->colours)
             appearance.palette = scene_->colours->palette;
         renderer.set_appearance(appearance);

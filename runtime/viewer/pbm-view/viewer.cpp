@@ -154,11 +154,11 @@ void Viewer::turn_up_axis() {
     forget_camera(options_);
     if (up != model_->grid().up)
         options_.up = up;
-    if (look_->appearance.lights == default_lights(before) && model_->parameters().lights.empty()) {
-        Look look = *look_;
+    Look look = *look_;
+    look.appearance.up = up;
+    if (look.appearance.lights == default_lights(before) && model_->parameters().lights.empty())
         look.appearance.lights = default_lights(up);
-        look_ = std::make_shared<Look>(std::move(look));
-    }
+    look_ = std::make_shared<Look>(std::move(look));
     notify("Up axis: " + word_of(up), false);
     if (const auto camera = first_camera(*model_)) {
         axis_ = camera->up;

@@ -170,6 +170,7 @@ class Viewer {
     bool answer(const KeyEvent &event);
     void ask_about_edits(const std::string &what, std::function<void()> accept);
     void request_quit();
+    Look look_to_keep() const;
     bool has_edits() const;
     void copy_options();
     void ask_to_save();

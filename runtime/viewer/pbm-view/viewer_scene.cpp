@@ -97,7 +97,8 @@ void Viewer::build_windows(std::optional<Look> &changed) {
 void Viewer::change_look(Look look) {
     const bool recolours = look.options.colour_by != look_->options.colour_by;
     shadows_.choose(look.appearance);
-    shadows_.request(look.appearance, look.options.render.shadows && !look.options.headlight, Window::now());
+    const bool casts = look.options.render.shadows && appearance_for(look).lights_follow == LightsFollow::model;
+    shadows_.request(look.appearance, casts, Window::now());
     look_ = std::make_shared<Look>(std::move(look));
     change_view();
     if (recolours && model_) { // colours of fields are those of the chunks
@@ -106,18 +107,21 @@ void Viewer::change_look(Look look) {
     }
 }
 
-// Moves the panel's light, or the headlight, to where the pointer is on a ball that fills the picture's height.
+// Moves the panel's light, or the headlight, to where the pointer is on a ball that fills the picture's height. A light
+// that follows the eye then stays there.
 void Viewer::rake() {
     if (!model_ || !mouse_ || recording_ || view_size_.y <= 0)
         return;
     const double aspect = static_cast<double>(view_size_.x) / view_size_.y;
-    const glm::dvec3 from = raking_direction(camera_, {2 * mouse_->x - aspect, 1 - 2 * mouse_->y});
     Look look = *look_;
+    const bool with_eye = appearance_for(look).lights_follow == LightsFollow::eye;
+    const EyeAxes axes = with_eye ? front_axes(look.appearance.up) : eye_axes(camera_);
+    const glm::dvec3 from = raking_direction(axes, {2 * mouse_->x - aspect, 1 - 2 * mouse_->y});
     if (look.options.headlight) {
-        look.options.headlight = headlight_towards(from, eye_axes(camera_));
+        look.options.headlight = headlight_towards(from, axes);
     } else {
         Light &light = look.appearance.lights[std::min(panel_.light(), look.appearance.lights.size() - 1)];
-        light = moved_towards(light, light_frame(model_->grid(), model_->bounds()), from);
+        light = moved_towards(light, light_frame(model_->grid(), model_->bounds(), look.appearance.up), from);
     }
     change_look(std::move(look));
 }
@@ -154,6 +158,8 @@ std::string Viewer::shadow_note() const {
     const int streams = model_ ? model_->parameters().attributes.lights : 0;
     if (streams == 0)
         return "";
+    if (look_->lights_follow() == LightsFollow::eye)
+        return "Lights that follow the eye cast no shadow.";
     if (static_cast<int>(light) >= streams)
         return "It casts no shadow in this file.";
     if (shadows_.baked(light))
@@ -198,6 +204,14 @@ void Viewer::escape() {
         request_quit();
 }
 
+// The look as files and options keep it: edited lights that follow the eye are fixed to the model where they stand now.
+Look Viewer::look_to_keep() const {
+    const Appearance &shown = look_->appearance;
+    const bool is_lit_anew =
+        kept_ && shown.lights != kept_->lights && !lights_to_keep(shown, model_->parameters()).empty();
+    return is_lit_anew ? with_fixed_lights(*look_, camera_, model_->grid()) : *look_;
+}
+
 bool Viewer::has_edits() const { return look_ && kept_ && is_edited(look_->appearance, *kept_); }
 
 void Viewer::request_quit() {
@@ -222,12 +236,13 @@ void Viewer::copy_options() {
     if (!model_ || view_size_ == glm::ivec2(0))
         return;
     const std::string name = fs::path(model_->path()).stem().string();
+    const Look look = look_to_keep();
     std::string text = "pbm-render " + shell_quoted(model_->path()) + " " +
-                       view_as_options(camera_, options_, view_size_) + look_as_options(look_->options) +
+                       view_as_options(camera_, options_, view_size_) + look_as_options(look.options) +
                        detail_as_options(options_) + " -o " + shell_quoted(name + ".png");
     if (has_edits())
         text += "\n# with a model that was built with these lights and materials:\npbm-build SCAN" +
-                scene_as_options(look_->appearance, model_->parameters()) + " -o " + shell_quoted(model_->path());
+                scene_as_options(look.appearance, model_->parameters()) + " -o " + shell_quoted(model_->path());
     window_.copy(text);
     if (options_.verbosity != command_line::Verbosity::quiet)
         std::cout << text << std::endl;
@@ -252,6 +267,8 @@ void Viewer::ask_to_save() {
 }
 
 void Viewer::begin_scene_save() {
+    if (Look look = look_to_keep(); look.appearance.lights != look_->appearance.lights)
+        change_look(std::move(look));
     saves_after_baking_ = shadows_.baking().has_value();
     if (saves_after_baking_)
         return;
@@ -291,7 +308,7 @@ void Viewer::save_recipe() {
     const std::string name = fs::path(model_->path()).stem().string();
     ModelParameters parameters = model_->parameters();
     parameters.grid.up = up_of(options_, parameters.grid);
-    const std::string text = scene_as_recipe(look_->appearance, parameters, file_name(model_->path()));
+    const std::string text = scene_as_recipe(look_to_keep().appearance, parameters, file_name(model_->path()));
     const auto saved = save_numbered({}, name, ".toml", as_bytes(text));
     if (!saved) {
         command_line::fail(program_, "", saved.error());

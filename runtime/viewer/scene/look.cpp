@@ -7,17 +7,28 @@
 
 namespace pbm {
 
-Appearance appearance_for(const Look &look, const Camera &camera) {
+Appearance appearance_for(const Look &look) {
     Appearance appearance = look.appearance;
+    appearance.lights_follow = look.lights_follow();
     if (!look.options.headlight)
         return appearance;
     const double right = glm::radians(look.options.headlight->right), up = glm::radians(look.options.headlight->up);
-    const EyeAxes axes = eye_axes(camera);
+    const EyeAxes axes = front_axes(appearance.up);
     const glm::vec3 from(std::cos(up) * (std::sin(right) * axes.right - std::cos(right) * axes.forward) +
                          std::sin(up) * axes.up);
     appearance.lights = {{.kind = LightKind::directional, .direction = {-from.x, -from.y, -from.z}}};
-    appearance.shadows.fill({.of_file = false, .fresh = nullptr});
+    appearance.lights_follow = LightsFollow::eye;
     return appearance;
+}
+
+Look with_fixed_lights(Look look, const Camera &camera, const Grid &grid) {
+    Appearance &appearance = look.appearance;
+    const auto shadows = appearance.shadows;
+    appearance.lights_follow = look.lights_follow();
+    appearance = seen_from(eye_axes(camera), grid, std::move(appearance));
+    appearance.shadows = shadows;
+    look.options.lights_follow = std::nullopt;
+    return look;
 }
 
 } // namespace pbm

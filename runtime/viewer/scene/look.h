@@ -2,8 +2,6 @@
 #pragma once
 
 #include "pbm_render/appearance/appearance.h"
-#include "pbm_render/appearance/shade_table.h"
-#include "pbm_render/camera/camera.h"
 #include "viewer/options/look_options.h"
 
 #include <memory>
@@ -11,20 +9,26 @@
 namespace pbm {
 
 struct Look {
-    // `up`: of the lights where the file has none.
+    // `up`: of the view that default lights, and lights that follow the eye, are given for.
     Look(const LookOptions &look, const ModelParameters &parameters, UpAxis up)
         : options(look), appearance(parameters) {
+        appearance.up = up;
         if (parameters.lights.empty())
             appearance.lights = default_lights(up);
     }
+
+    // As the options ask, else as the appearance says.
+    LightsFollow lights_follow() const { return options.lights_follow.value_or(appearance.lights_follow); }
 
     LookOptions options;
     Appearance appearance;
 };
 
-// The appearance of the look in a picture that `camera` takes: with a headlight, its light is the only one and casts no
-// shadow.
-Appearance appearance_for(const Look &look, const Camera &camera);
+// The appearance that renderers draw the look with: with a headlight, its light is the only one.
+Appearance appearance_for(const Look &look);
+
+// The look with lights that follow the model, where those that follow the eye stand for this camera.
+Look with_fixed_lights(Look look, const Camera &camera, const Grid &grid);
 
 // Immutable, since pictures drawn in the background share it; a change replaces it.
 using LookPointer = std::shared_ptr<const Look>;

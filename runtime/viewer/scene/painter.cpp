@@ -30,8 +30,8 @@ Painter::Painter(const StreamedScene &scene, int threads, std::shared_ptr<Thread
                             : std::nullopt),
       threads_(threads), pool_(std::move(pool)) {}
 
-Appearance Painter::appearance(const Look &look, const Camera &camera) const {
-    Appearance appearance = appearance_for(look, camera);
+Appearance Painter::appearance(const Look &look) const {
+    Appearance appearance = appearance_for(look);
     if (scene_.colours)
         appearance.palette = scene_.colours->palette;
     return appearance;
@@ -47,7 +47,7 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
     if (!draws_fine(look.options.quality, motion))
         return draw_fast(runs, camera, look, target, tasks);
     const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
-        return fine(appearance(look, camera)).render(runs, camera, look.options.render, picture, look.options.samples);
+        return fine(appearance(look)).render(runs, camera, look.options.render, picture, look.options.samples);
     });
     add_legend(look.options.legend, target);
     if (tasks.count > 0)
@@ -57,7 +57,7 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
 
 RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                     Framebuffer &target, const RowTasks &tasks) {
-    FastRenderer &renderer = fast(appearance(look, camera));
+    FastRenderer &renderer = fast(appearance(look));
     if (look.options.depth_cue == DepthCue::none && !legend_)
         return renderer.render(runs, camera, look.options.render, target, tasks);
     const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
@@ -73,7 +73,7 @@ void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, c
     fine_camera_ = camera;
     fine_cue_ = look.options.depth_cue;
     fine_legend_ = look.options.legend;
-    fine(appearance(look, camera)).begin(runs, camera, look.options.render, Framebuffer(width, height));
+    fine(appearance(look)).begin(runs, camera, look.options.render, Framebuffer(width, height));
 }
 
 RenderStatistics Painter::add_sample(Framebuffer &target, const std::atomic<bool> *stop) {

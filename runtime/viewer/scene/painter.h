@@ -43,7 +43,7 @@ class Painter {
     template <class Draw>
     RenderStatistics with_depth_cue(const Camera &camera, DepthCue cue, Framebuffer &target, const Draw &draw);
     // The appearance of a picture, with the colours of a field if the points show one.
-    Appearance appearance(const Look &look, const Camera &camera) const;
+    Appearance appearance(const Look &look) const;
     void add_legend(bool wanted, Framebuffer &target) const;
 
     const StreamedScene &scene_;

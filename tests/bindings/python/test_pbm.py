@@ -166,13 +166,20 @@ class Pictures(Case):
             _, depth = model.render(camera, (60, 40), depth=True)
             self.assertFalse(np.isfinite(depth[:, :28]).any())
 
+    def test_lights_follow_the_eye_or_the_model(self):
+        with pbm.open(self.path) as model:
+            behind = model.default_camera((60, 40)).orbited(180)
+            usual, eye, fixed = (model.render(behind, (60, 40), light_follows=word) for word in (None, "eye", "model"))
+            self.assertTrue((usual == eye).all())
+            self.assertLess(fixed[..., :3].mean(), usual[..., :3].mean() - 5)
+
     def test_orbit_keeps_the_distance(self):
         camera = pbm.Camera((3, 1, 0), (1, 1, 0))
         self.assertTrue(np.allclose(camera.orbited(90).position, (1, 1, -2)))
 
     def test_errors(self):
         with pbm.open(self.path) as model:
-            for arguments in ({"quality": "best"}, {"depth_cue": "x"}, {"without": ["sky"]}, {"size": (0, 10)},
+            for arguments in ({"quality": "best"}, {"depth_cue": "x"}, {"light_follows": "x"}, {"without": ["sky"]}, {"size": (0, 10)},
                               {"size": (40000, 10)}, {"samples": 1000}, {"threads": -5},
                               {"camera": pbm.Camera((0, 0, float("nan")), (0, 0, 0))},
                               {"camera": pbm.Camera((0, 0), (0, 0, 0))}, {"camera": pbm.Camera((1, 1, 1), (1, 1, 1))}):

@@ -203,6 +203,18 @@ TEST(ShadowRays, AShadowEndsWhereTheRayDoes) {
     EXPECT_EQ(between[made.scene.index(32, 4, 32)], 1) << "what lies behind the light does not matter";
 }
 
+TEST(ShadowRays, ReachTheBacksOfOpenSurfacesAlone) {
+    for (const bool closed : {false, true}) {
+        FloorAndRoof made;
+        made.model.parameters.closed = closed;
+        const ShadowCasters casters(made.model, 1);
+        const ShadowRays rays(casters, made.tree, 1);
+        const Bytes below = bake_light(casters, sun({0.25, 1, 0}), {.rays = &rays});
+        EXPECT_EQ(below[made.scene.index(30, 4, 30)], closed ? 0 : 1) << "the floor, which faces up";
+        EXPECT_EQ(below[made.scene.index(30, 24, 30)], 0) << "the floor is below the roof";
+    }
+}
+
 TEST(ShadowRays, ALightAtAPointOrFarAwayIsDefined) {
     const FloorAndRoof made;
     const ShadowOptions options{.rays = &made.rays};

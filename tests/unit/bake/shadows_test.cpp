@@ -150,6 +150,53 @@ TEST(Shadows, PointsFacingAwayTakeTheValueAroundThem) {
     EXPECT_EQ(lit[scene.index(51, 5, 9)], 1);
 }
 
+// A roof of 48x48 voxels that faces up, and a floor of 16x16 below its middle that faces up, lit from below.
+TEST(Shadows, AnOpenSheetIsLitFromItsBackWhereNothingElseIsBetween) {
+    VoxelScene scene;
+    scene.add_sheet(24, 40, 24, 40, 4);
+    scene.add_sheet(8, 56, 8, 56, 24);
+    for (const Light &light : {sun({0, 1, 0}), lamp({32, -1000, 32})}) {
+        const Bytes open = bake(scene.model(false), light), closed = bake(scene.model(true), light);
+        EXPECT_EQ(std::accumulate(closed.begin(), closed.end(), 0), 0);
+        for (int x = 8; x < 56; ++x)
+            if (std::abs(std::abs(x + 0.5 - 32) - 8) > 1) { // not within a voxel of the floor's edge
+                EXPECT_EQ(open[scene.index(x, 24, 32)], x < 24 || x >= 40 ? 1 : 0) << x;
+            }
+        EXPECT_EQ(open[scene.index(32, 4, 32)], 1);
+    }
+}
+
+TEST(Shadows, TheInsideOfAHalfCylinderIsNotInItsOwnShadow) {
+    VoxelScene scene;
+    for (int i = 0; i < 720; ++i)
+        for (int y = 8; y < 56; ++y) {
+            const double x = std::cos(i * 3.14159265 / 720), z = std::sin(i * 3.14159265 / 720);
+            scene.add(static_cast<int>(32 + 24 * x), y, static_cast<int>(16 + 24 * z), {x, 0, z});
+        }
+    const Bytes lit = bake(scene.model(false), sun({0, 0, 1})); // onto the inside
+    EXPECT_GT(std::accumulate(lit.begin(), lit.end(), std::size_t{0}), lit.size() * 98 / 100);
+}
+
+// Whether a light comes from the one side of an open sheet or from the other, it leaves no other shadow.
+TEST(Shadows, OfASheetOnTheGroundAreTheSameForBothOfItsSides) {
+    Image masks[2];
+    for (const int side : {0, 1}) {
+        VoxelScene scene;
+        for (int x = 24; x < 40; ++x)
+            for (int z = 24; z < 40; ++z)
+                scene.add(x, 24, z, {0, side == 0 ? 1.0 : -1.0, 0});
+        const Model model = scene.model(false);
+        masks[side] =
+            bake_ground(ShadowCasters(model, 1), sun({0.3, -1, 0}),
+                        {.centre = {32, 4, 32}, .half_edge = 32, .material = 0, .texture = {}}, 64, {.maps = 16});
+    }
+    int most = 0;
+    for (std::size_t i = 0; i < masks[0].texels.size(); ++i)
+        most = std::max(most, std::abs(masks[0].texels[i] - masks[1].texels[i]));
+    EXPECT_LE(most, 16); // of 255: four of the 64 rays of a texel at the edge
+    EXPECT_EQ(*std::min_element(masks[0].texels.begin(), masks[0].texels.end()), 0);
+}
+
 TEST(Shadows, PenumbrasAreAsWideAsTheLightSaysAndSmooth) {
     VoxelScene scene;
     scene.add_sheet(0, 64, 0, 64, 4);

@@ -41,8 +41,9 @@ class VoxelScene {
                 }
     }
 
-    Model model() const {
+    Model model(bool closed = true) const {
         Model model;
+        model.parameters.closed = closed;
         model.parameters.grid = {.depth = kDepth, .origin = {-100, 50, 7}, .voxel_size = 1};
         model.parameters.materials.resize(1);
         std::vector<MortonCode> codes;

@@ -196,6 +196,33 @@ TEST(CApiPicture, GoesOnWithTheSamplesOfTheLastOne) {
     EXPECT_NE(in_steps.pixels, at_once.pixels);
 }
 
+// The ball has no lights of its own: only those that stay with the model leave its other side dark.
+TEST(CApiPicture, LightsFollowTheEyeOrTheModel) {
+    const BallModel ball;
+    pbm_camera camera = camera_of(ball.get(), kWidth, kHeight);
+    for (int axis = 0; axis < 3; ++axis)
+        camera.position[axis] = 2 * camera.focal_point[axis] - camera.position[axis];
+    for (const int quality : {PBM_FAST, PBM_FINE}) {
+        pbm_render_options options = PBM_NEW(pbm_render_options);
+        options.quality = quality;
+        options.samples = 2;
+        options.flags = PBM_BACKGROUND; // black
+        const auto light = [&](int follows) {
+            options.light_follows = follows;
+            Picture picture(kWidth, kHeight);
+            pbm_error error;
+            EXPECT_EQ(pbm_render(ball.get(), &camera, &options, &picture.api, &error), PBM_OK) << error.message;
+            std::int64_t sum = 0;
+            for (std::size_t i = 0; i < picture.pixels.size(); ++i)
+                sum += picture.pixels[i];
+            return sum;
+        };
+        const std::int64_t usual = light(PBM_LIGHTS_DEFAULT), fixed = light(PBM_LIGHTS_MODEL);
+        EXPECT_LT(fixed, usual * 9 / 10);
+        EXPECT_EQ(light(PBM_LIGHTS_EYE), usual);
+    }
+}
+
 TEST(CApiPicture, IsCoarserWhereMemoryIsLimited) {
     const std::vector<std::uint8_t> bytes = ball_bytes({{"depth", "7"}});
     pbm_model *model = nullptr;
@@ -251,6 +278,7 @@ TEST(CApiPicture, RefusesSizesAndOptionsThatAreNone) {
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.samples = 257; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.samples = -1; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.depth_cue = 3; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.light_follows = 3; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.flags = 128; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.finest_level = 17; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.max_error = -1; }));

@@ -1,5 +1,6 @@
 // Mirrors, solid texture and render options: both renderers, any number of threads.
 #include "pbm_format/reading/images.h"
+#include "pbm_render/fine/fine_renderer.h"
 #include "unit/render/surroundings_test_model.h"
 
 #include <gtest/gtest.h>
@@ -257,6 +258,88 @@ TEST(Appearance, ChangesBetweenFrames) {
     renderer.set_appearance(Appearance(model.parameters));
     renderer.render(kCamera, {}, back);
     EXPECT_EQ(count_changes(before, back), 0U);
+}
+
+// Directions of lights in right, up and towards the eye.
+std::vector<glm::vec3> beside(const EyeAxes &eye, const Appearance &appearance) {
+    std::vector<glm::vec3> directions;
+    for (const Light &light : appearance.lights) {
+        const glm::dvec3 d(light.direction[0], light.direction[1], light.direction[2]);
+        directions.emplace_back(glm::dot(d, eye.right), glm::dot(d, eye.up), -glm::dot(d, eye.forward));
+    }
+    return directions;
+}
+
+TEST(LightsOfAFileWithoutLights, StandBesideEveryEye) {
+    for (const UpAxis up : {UpAxis::y, UpAxis::z, UpAxis::x}) {
+        ModelParameters parameters;
+        parameters.grid.up = up;
+        const Appearance appearance(parameters);
+        const std::vector<glm::vec3> first = beside(front_axes(up), appearance);
+        EXPECT_GT(first[0].x, 0); // the key light travels to the right and down, away from the eye
+        EXPECT_LT(first[0].y, 0);
+        EXPECT_LT(first[0].z, 0);
+        for (const glm::dvec3 from : {glm::dvec3(1, 2, 3), glm::dvec3(-4, 0.1, 1), glm::dvec3(0.2, -5, -1)}) {
+            const EyeAxes eye = eye_axes({.position = from, .focal_point = {}, .up = {1, 1, 0}});
+            const std::vector<glm::vec3> seen = beside(eye, seen_from(eye, parameters.grid, appearance));
+            for (std::size_t light = 0; light < first.size(); ++light)
+                EXPECT_LT(glm::length(seen[light] - first[light]), 1e-6F);
+        }
+    }
+}
+
+TEST(LightsOfAFile, StayUnlessTheyAreToFollowTheEye) {
+    const EyeAxes behind = eye_axes({.position = {0, 0, -3}, .focal_point = {}, .up = {0, 1, 0}});
+    ModelParameters parameters;
+    parameters.grid = {.depth = 2, .origin = {-1, -2, -3}, .voxel_size = 0.5}; // edge 2
+    parameters.lights = {{.kind = LightKind::spot, .position = {1.5F, 3, 7}, .direction = {0, 0.6F, -0.8F}}};
+    Appearance appearance(parameters);
+    EXPECT_EQ(seen_from(behind, parameters.grid, appearance), appearance);
+    appearance.lights_follow = LightsFollow::eye;
+    const Appearance seen = seen_from(behind, parameters.grid, appearance);
+    const std::array<float, 3> place{0.5F, 3, -5}, direction{0, 0.6F, 0.8F}; // turned about the middle of the grid
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        EXPECT_NEAR(seen.lights[0].position[axis], place[axis], 1e-5F);
+        EXPECT_NEAR(seen.lights[0].direction[axis], direction[axis], 1e-6F);
+    }
+    EXPECT_FALSE(seen.shadows[0].of_file); // they were baked for the old place
+}
+
+// A ball shows the same picture to every eye, in every renderer; with lights that stay, one side is dark.
+TEST(LightsOfAFileWithoutLights, LightABallAlikeFromEverySide) {
+    const Model model = smooth_ball(6, {});
+    const Bytes file = encode_model(model, {.storage = Storage::mapped, .chunk_points = 4096, .threads = 1}).value();
+    const WholeLevel level(file, model.parameters.grid.depth);
+    ReferenceRenderer reference(model, nullptr);
+    FastRenderer fast(model.parameters, 4096, 1);
+    FineRenderer fine(model.parameters, 4096, 1);
+    const auto light = [&](LightsFollow follow, const glm::dvec3 &from) {
+        Appearance appearance(model.parameters);
+        appearance.lights_follow = follow;
+        reference.set_appearance(appearance);
+        fast.set_appearance(appearance);
+        fine.set_appearance(appearance);
+        const Camera camera = look_from(kMiddle + from, kMiddle);
+        const RenderOptions options{.background = {0, 0, 0, 255}};
+        std::array<Framebuffer, 3> pictures{Framebuffer(80, 80), Framebuffer(80, 80), Framebuffer(80, 80)};
+        reference.render(camera, options, pictures[0]);
+        fast.render(level.runs, camera, options, pictures[1]);
+        fine.render(level.runs, camera, options, pictures[2], 1);
+        std::array<double, 3> sums{};
+        for (std::size_t i = 0; i < sums.size(); ++i)
+            for (const std::uint32_t colour : pictures[i].colour)
+                sums[i] += colour & 255U;
+        return sums;
+    };
+    const auto front = light(LightsFollow::eye, {0, 0, 5});
+    for (const glm::dvec3 from : {glm::dvec3(5, 0, 0), glm::dvec3(0, 0, -5), glm::dvec3(-3, 3, -2.6)}) {
+        const auto seen = light(LightsFollow::eye, from);
+        for (std::size_t i = 0; i < seen.size(); ++i)
+            EXPECT_NEAR(seen[i] / front[i], 1, 0.02) << i;
+    }
+    const auto fixed = light(LightsFollow::model, {0, 0, -5});
+    for (std::size_t i = 0; i < fixed.size(); ++i)
+        EXPECT_LT(fixed[i], 0.8 * front[i]) << i;
 }
 
 TEST(Surroundings, ADamagedTileIsNamedAndShownFromACoarserLevel) {

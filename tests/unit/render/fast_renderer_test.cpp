@@ -25,7 +25,9 @@ using test::smooth_ball;
 constexpr int kWidth = 320, kHeight = 240;
 
 DrawnModel make_ball(bool placed, std::uint32_t chunk_points = 4096) {
-    DrawnModel model(smooth_ball(7, {.colour = ColourFormat::rgb888}), chunk_points);
+    Model ball = smooth_ball(7, {.colour = ColourFormat::rgb888});
+    ball.parameters.lights = default_lights(UpAxis::y); // stay with the model
+    DrawnModel model(std::move(ball), chunk_points);
     model.placed = placed;
     return model;
 }

@@ -93,7 +93,8 @@ TEST(ReferenceRenderer, PointsThatFaceAwayAreNotDrawnWhereBacksAreHidden) {
 }
 
 TEST(ReferenceRenderer, TwoSidedPointsAreLitAndDrawnFromBothSides) {
-    const Model model = make_wall(4, 8, {0, 0, 1}, true);
+    Model model = make_wall(4, 8, {0, 0, 1}, true);
+    model.parameters.lights = default_lights(UpAxis::y); // stay with the model
     Camera camera = camera_in_front({8, 8, 8.5}, 50);
     const Picture front = draw(model, camera);
     camera.position.z = 8.5 - 50;

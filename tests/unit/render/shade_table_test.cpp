@@ -1,3 +1,4 @@
+#include "pbm_render/appearance/appearance.h"
 #include "pbm_render/appearance/shade_table.h"
 
 #include <glm/geometric.hpp>

@@ -13,9 +13,8 @@ glm::dvec3 vector(const std::array<float, 3> &v) { return {v[0], v[1], v[2]}; }
 
 // Radius 2 around (5, 6, 7) from the grid's corner.
 LightFrame frame(UpAxis up = UpAxis::y) {
-    Grid grid{.depth = 4, .origin = {-1, -1, -1}};
-    grid.up = up;
-    return light_frame(grid, {.centre = {4, 5, 6}, .radius = 2});
+    const Grid grid{.depth = 4, .origin = {-1, -1, -1}};
+    return light_frame(grid, {.centre = {4, 5, 6}, .radius = 2}, up);
 }
 
 Light spot() { return {.kind = LightKind::spot, .position = {5, 6, 17}, .direction = {0, 0, -1}, .exponent = 8}; }
@@ -74,7 +73,7 @@ TEST(LightMotion, LightsNeverGetLost) {
 
 TEST(LightMotion, RakingLightComesFromWhereThePointerIs) {
     const Camera camera{.position = {0, 0, 10}, .focal_point = {0, 0, 0}, .up = {0, 1, 0}};
-    const auto from = [&](double x, double y) { return raking_direction(camera, {x, y}); };
+    const auto from = [&](double x, double y) { return raking_direction(eye_axes(camera), {x, y}); };
     EXPECT_LT(glm::length(from(0, 0) - glm::dvec3(0, 0, 1)), kNear);
     EXPECT_LT(glm::length(from(0.6, 0) - glm::dvec3(0.6, 0, 0.8)), kNear);
     EXPECT_GT(from(0, 5).y, 0.99);

@@ -62,8 +62,9 @@ TEST(LookAsOptions, NamesOptionsThatAreNotTheDefault) {
     look.quality = Quality::fine;
     look.samples = 3;
     look.depth_cue = DepthCue::ambient_occlusion;
-    EXPECT_EQ(look_as_options(look),
-              " --no-shadows --no-ground --depth-cue=ambient-occlusion --quality=fine --samples=3");
+    look.lights_follow = LightsFollow::model;
+    EXPECT_EQ(look_as_options(look), " --no-shadows --no-ground --light-follows=model --depth-cue=ambient-occlusion "
+                                     "--quality=fine --samples=3");
     LookOptions fewer;
     fewer.samples = 3;
     EXPECT_EQ(look_as_options(fewer), " --samples=3");

@@ -46,6 +46,17 @@ TEST(SceneText, GivesTheWholeSceneForAShell) {
     EXPECT_EQ(shell_quoted("a/b-1.pbvg"), "a/b-1.pbvg");
 }
 
+// A model that is built without lights gets the same ones again, and they follow the eye.
+TEST(SceneText, LeavesOutTheLightsOfAFileWithoutLights) {
+    ModelParameters parameters;
+    parameters.materials.resize(1);
+    Appearance appearance(parameters);
+    EXPECT_EQ(scene_as_options(appearance, parameters), " --material default");
+    EXPECT_EQ(scene_as_recipe(appearance, parameters, "lion.pbvg").find("[[light]]"), std::string::npos);
+    appearance.lights[0].intensity = {1, 0, 0};
+    EXPECT_NE(scene_as_options(appearance, parameters).find("--light"), std::string::npos);
+}
+
 TEST(SceneText, GivesARecipe) {
     const ModelParameters parameters = file();
     EXPECT_EQ(scene_as_recipe(Appearance(parameters), parameters, "lion.pbvg"),

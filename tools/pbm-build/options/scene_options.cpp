@@ -55,8 +55,9 @@ void add_light_options(CommandLine &line, SceneArguments &arguments) {
     command_line::Words sets;
     for (const std::string_view name : light_set_names())
         sets.emplace_back(name);
-    line.add("--lights", "A set of lights that fits any model; default: viewers choose", &arguments.light_set,
-             {.check = std::move(sets)});
+    line.add("--lights",
+             "A set of lights that fits any model and stays with it; default: viewers light it from beside the eye",
+             &arguments.light_set, {.check = std::move(sets)});
     line.add("--light",
              "One more light, up to 8: directional, point or spot, then key=value between commas. "
              "from=RIGHT,UP,FRONT: its place in radii of the model; or direction=X,Y,Z, position=, target= in "

@@ -223,6 +223,17 @@ bool edit_place(const ModelParameters &file, const LightFrame &frame, Light &lig
     return moved;
 }
 
+bool edit_lights_follow(Look &look) {
+    bool with_eye = look.lights_follow() == LightsFollow::eye;
+    if (!ImGui::Checkbox("Lights follow the eye", &with_eye))
+        return false;
+    const LightsFollow chosen = with_eye ? LightsFollow::eye : LightsFollow::model;
+    look.options.lights_follow = std::nullopt;
+    if (chosen != look.lights_follow())
+        look.options.lights_follow = chosen;
+    return true;
+}
+
 bool edit_headlight(std::optional<Headlight> &headlight) {
     bool on = headlight.has_value();
     if (ImGui::Checkbox("Headlight: follows the camera", &on)) {
@@ -285,7 +296,6 @@ bool build_palettes(const ModelParameters &file, Appearance &appearance) {
 
 void Panel::show_model(PanelModel model, const Look &first) {
     model_ = std::move(model);
-    frame_ = light_frame(model_.file->grid, model_.bounds);
     first_ = first;
     light_ = material_ = 0;
 }
@@ -317,12 +327,13 @@ bool Panel::build_lights(Look &look, const std::string &shadows) {
         ImGui::TextWrapped("It lights alone, without shadows.");
         return changed;
     }
+    changed |= edit_lights_follow(look);
     std::vector<Light> &lights = look.appearance.lights;
     choose_one("Light", lights.size(), light_, [&](std::size_t i) { return light_name(lights[i], i); });
     Light &light = lights[light_];
     ImGui::PushID(static_cast<int>(light_));
     changed |= edit_intensity(light.intensity);
-    changed |= edit_place(*model_.file, frame_, light);
+    changed |= edit_place(*model_.file, light_frame(model_.file->grid, model_.bounds, look.appearance.up), light);
     if (light.kind == LightKind::spot)
         changed |= ImGui::SliderFloat("Exponent", &light.exponent, 0, 128, "%.1f", ImGuiSliderFlags_AlwaysClamp);
     ImGui::PopID();

@@ -58,7 +58,6 @@ class Panel {
     bool build_materials(Appearance &appearance);
 
     PanelModel model_;
-    LightFrame frame_;
     std::optional<Look> first_;
     std::size_t light_ = 0, material_ = 0; // shown
     Theme theme_;

@@ -82,7 +82,7 @@ double distance_of(const Light &light, const ModelFrame &frame) {
 std::vector<LightRequest> lights_of(const SceneRequest &request, BuildStatistics &statistics) {
     if (!request.lights.empty() || (!request.shadows && !request.ground))
         return request.lights;
-    statistics.report(Warning::default_lights, "lights", "none are given: the two of viewers");
+    statistics.report(Warning::default_lights, "lights", "none are given: the set 'two', which stays with the model");
     return light_set(kDefaultLights);
 }
 
@@ -227,10 +227,13 @@ void bake_shadows(const SceneRequest &request, const Scene &scene, std::optional
     if (triangles && scene.shadowed_lights > 0)
         tree.emplace(tree_of(*triangles, grid, options.threads));
     triangles.reset();
-    const ShadowCasters casters(
-        grid,
-        {.level = grid.depth, .codes = voxels.codes, .normals = voxels.points.normals, .radii = voxels.points.radii},
-        options.threads);
+    const ShadowCasters casters(grid,
+                                {.level = grid.depth,
+                                 .codes = voxels.codes,
+                                 .normals = voxels.points.normals,
+                                 .radii = voxels.points.radii,
+                                 .closed = model.parameters.closed},
+                                options.threads);
     std::optional<ShadowRays> rays;
     if (tree)
         rays.emplace(casters, *tree, options.threads);
