@@ -125,10 +125,12 @@ def main():
                 except Failed as failure:
                     failed = True
                     print(f"{model}: not drawn: {failure}", flush=True)
-            sheet = arguments.sheet if len(parts) == 1 else arguments.sheet.with_stem(f"{arguments.sheet.stem}-{number}")
+            sheet = arguments.sheet
+            if len(parts) > 1:
+                sheet = sheet.with_stem(f"{sheet.stem}-{number}")
             if cells:
-                subprocess.run(["montage", "-font", "DejaVu-Sans", "-background", "white", *cells, "-tile", "6x", "-geometry", "+2+2", sheet],
-                               check=True)
+                subprocess.run(["montage", "-font", "DejaVu-Sans", "-background", "white", *cells, "-tile", "6x",
+                                "-geometry", "+2+2", sheet], check=True)
     return 1 if failed else 0
 
 

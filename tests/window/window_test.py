@@ -829,7 +829,7 @@ def test_window_sizes(display):
         view.key("F11")
         check(view.view()[0] == f"--resolution={SCREEN[0]},{SCREEN[1]}", f"no full screen: {view.view()}")
         check_same(view, "model.pbvg", "full screen")
-        view.key("F11")
+        view.key("Escape")
         check(view.view()[0] == "--resolution=333,251", f"not the size before full screen: {view.view()}")
         view.xdotool("windowfocus", "--sync", view.window)
         # A minimised window draws nothing, and draws again afterwards.

@@ -40,8 +40,8 @@ std::optional<int> Viewer::receive_model() {
             return command_line::fail_usage(program_, shown.error().message);
         if (is_kept)
             recent_.add(path);
-    } else if (std::exchange(opening_quietly_, false)) {
-        // Maybe the file is not whole yet.
+    } else if (opening_again_ && (opening_quietly_ || *news_ == FileChange::writing)) {
+        // The file is not whole yet.
     } else if (!was_cancelled) {
         const int code = report_problem(path, loaded.error());
         if (video_)
