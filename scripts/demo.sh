@@ -1,15 +1,20 @@
 #!/usr/bin/env bash
-# Sets up what it needs and walks from a scan to a picture: demo.sh [VERTICES [FOLDER]]
-# Makes the sample scan, builds a .pbvg from it, validates it, draws it; ends with the numbers. Where there is a display it
-# builds pbm-view too. It builds for this machine alone: other SIMD targets, tests, pbm-info, pbm-export and man pages are
-# left to scripts/test.sh and `cmake --preset release`.
+# Sets up what it needs and walks from a scan to a picture: demo.sh [--viewer] [VERTICES [FOLDER]]
+# Makes the sample scan, builds a .pbvg from it, validates it, draws it; ends with the numbers. Where there is a display, or
+# with --viewer, it builds pbm-view too. It builds for this machine alone: other SIMD targets, tests and man pages are left
+# to scripts/test.sh and `cmake --preset release`.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+viewer=${DISPLAY:-}${WAYLAND_DISPLAY:-}
+if [ "${1:-}" = --viewer ]; then
+    viewer=$1
+    shift
+fi
 vertices=${1:-1000000}
 out=${2:-out}
 
 scripts/install_packages.sh demo
-programs=(pbm-{sample,build,validate,render})
+programs=(pbm-{sample,build,validate,render,info,export})
 simd=()
 case " $(grep -m1 '^flags' /proc/cpuinfo) " in
 *" avx512vl "*) simd=(-DPBM_SIMD_TARGETS=HWY_AVX3) ;;
@@ -18,7 +23,7 @@ esac
 # What scripts/test.sh has configured stays as it is.
 [ -f build/release/CMakeCache.txt ] || cmake --preset release "${simd[@]}" -DPBM_BUILD_TESTS=OFF \
     -DPBM_BUILD_VIEWER=OFF -DCMAKE_PREFIX_PATH="$PWD/build/packages/usr" >/dev/null
-if [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ]; then
+if [ -n "$viewer" ]; then
     scripts/install_packages.sh viewer
     cmake build/release -DPBM_BUILD_VIEWER=ON >/dev/null
     programs+=(pbm-view)
@@ -37,4 +42,8 @@ start=$EPOCHREALTIME
 "$bin/pbm-render" "$model" -o "$picture" --resolution 1280,720 --quality fast
 end=$EPOCHREALTIME
 printf '\n%s: %d ms from the start of pbm-render to the PNG\n' "$picture" $(((${end/[.,]/} - ${start/[.,]/}) / 1000))
-[ -z "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ] || echo "to look at it from all sides: $bin/pbm-view $model"
+if [ -n "$viewer" ]; then
+    echo "to look at it from all sides: $bin/pbm-view $model"
+else
+    echo "there is no display, so pbm-view was not built: scripts/demo.sh --viewer builds it"
+fi

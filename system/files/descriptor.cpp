@@ -12,6 +12,10 @@ namespace pbm {
 
 int Descriptor::close() { return number_ < 0 ? 0 : ::close(std::exchange(number_, -1)); }
 
+Descriptor open_to_read(const std::string &path) {
+    return Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+}
+
 Descriptor open_to_append(const std::string &path) {
     constexpr int kFlags = O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC;
     Descriptor file(::open(path.c_str(), kFlags | O_NONBLOCK, 0666));

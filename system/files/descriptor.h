@@ -28,6 +28,9 @@ class Descriptor {
     int number_;
 };
 
+// Opens a file to read; never waits for a pipe's writer. Not ok() and errno if that fails.
+Descriptor open_to_read(const std::string &path);
+
 // Opens a file to write behind its end, or creates it. Not ok() and errno if that fails: ENXIO for a pipe that nobody
 // reads, for which others would wait.
 Descriptor open_to_append(const std::string &path);

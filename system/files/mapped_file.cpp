@@ -29,8 +29,7 @@ Error not_a_file(const char *text) { return {.code = ErrorCode::io, .message = t
 Result<MappedFile> MappedFile::open(const std::string &path) {
     if (path == "-")
         return not_a_file("standard input cannot be read here; write it to a file first");
-    // O_NONBLOCK: refuse a pipe without a writer below instead of waiting for one.
-    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    const Descriptor file = open_to_read(path);
     if (!file.ok())
         return cannot_open(errno);
     struct stat status {};

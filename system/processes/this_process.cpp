@@ -70,7 +70,21 @@ std::string_view mapped_name(std::uintptr_t address) {
     return {};
 }
 
+std::atomic<bool> reads_zeros = false;
+
+// Puts a page of zeros in the place of one that its file has lost.
+bool replace_lost_page(const siginfo_t &info) {
+    if (info.si_code != BUS_ADRERR)
+        return false;
+    const auto size = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+    auto *const address = static_cast<char *>(info.si_addr);
+    return ::mmap(address - reinterpret_cast<std::uintptr_t>(address) % size, size, PROT_READ,
+                  MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0) != MAP_FAILED;
+}
+
 extern "C" void report_shrunk_file(int, siginfo_t *info, void *) {
+    if (reads_zeros && replace_lost_page(*info))
+        return;
     if (has_shrunk.test_and_set()) // another thread is ending the program
         for (;;)
             ::pause();
@@ -95,6 +109,8 @@ void end_when_mapped_file_shrinks(std::string_view program) {
     ::sigemptyset(&action.sa_mask);
     ::sigaction(SIGBUS, &action, nullptr);
 }
+
+void read_zeros_when_mapped_file_shrinks() { reads_zeros = true; }
 
 std::optional<std::uint64_t> address_space_limit() {
     struct rlimit limit {};

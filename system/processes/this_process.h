@@ -17,6 +17,10 @@ void make_write_errors_returns();
 // /proc is there, and exit code 2 instead of SIGBUS. Call first in `main`.
 void end_when_mapped_file_shrinks(std::string_view program);
 
+// From now on such a program goes on instead, and reads zeros where the file was: for a window, which notices what
+// became of its file by a FileStamp.
+void read_zeros_when_mapped_file_shrinks();
+
 // Lets the heap grow at once and in pages of 2 MB, if C library and kernel support that: touching a small page for the
 // first time takes a microsecond. For programs that soon use some 10 MB and then end. Call before they are allocated.
 // Returns the address space of these pages, which the heap uses from its start; empty without support, or if the

@@ -1,5 +1,5 @@
 // Preloaded by window_test.py: decompression to at least $PBM_TEST_HOLD_FROM bytes (default 0) blocks while the file
-// $PBM_TEST_HOLD exists, so that a test can observe a program while it loads.
+// $PBM_TEST_HOLD exists, so that a test can observe a program while it loads. With $PBM_TEST_BLIND no file is watched.
 #include <dlfcn.h>
 #include <unistd.h>
 
@@ -7,6 +7,12 @@
 #include <cstddef>
 #include <cstdlib>
 #include <thread>
+
+extern "C" int inotify_init1(int flags) {
+    using Begin = int(int);
+    auto *const begin = reinterpret_cast<Begin *>(dlsym(RTLD_NEXT, "inotify_init1"));
+    return std::getenv("PBM_TEST_BLIND") == nullptr ? begin(flags) : -1;
+}
 
 extern "C" std::size_t ZSTD_decompressDCtx(void *context, void *target, std::size_t capacity, const void *source,
                                            std::size_t size) {

@@ -14,7 +14,8 @@ import time
 
 import window_test
 import x11
-from window_test import View, check, check_same, check_same_in_the_end, environment, programs, rendered, run, work
+from window_test import (View, check, check_same, check_same_in_the_end, environment, hold, programs, rendered, run,
+                         wait_for_status, work)
 
 
 def folder(name):
@@ -347,6 +348,70 @@ def test_replaced_file(display):
         check(run("pbm-build", "-q", "large.ply", "-o", "built.pbvg").returncode == 0, "pbm-build")
         check_same_in_the_end(view, "built.pbvg", "the new scan")
         check(view.quit() == 0, "Escape does not end with 0")
+
+
+def test_file_written_in_place(display):
+    """While a file is written over slowly the last picture stays; then the file is shown, or what is wrong with it is told."""
+    old, new = (work / "model.pbvg").read_bytes(), (work / "other.pbvg").read_bytes()
+    mapped = run("pbm-build", "-q", "--depth", 7, "--store", "mapped", "scan.ply", "-o", "mapped.pbvg")
+    check(mapped.returncode == 0, f"{mapped}")
+    model = work / "slow.pbvg"
+    for name, more in (("model.pbvg", {}), ("mapped.pbvg", {}),
+                       # As on a network: nobody tells what another machine writes.
+                       ("model.pbvg", {"LD_PRELOAD": str(hold), "PBM_TEST_BLIND": "1"})):
+        shutil.copy(work / name, model)
+        with View(display, "slow.pbvg", **more) as view:
+            shown, before = view.grab(), len(view.lines("view: "))
+            with open(model, "wb", buffering=0) as copy:
+                if more:
+                    view.xdotool("key", "Left")  # a picture that would be drawn of the lost bytes
+                wait_for_status(view, shown)
+                for part in (new[:500], new[500:len(new) // 2], new[len(new) // 2:]):
+                    view.xdotool("key", "Left", "key", "F2", "key", "F2")
+                    time.sleep(0.4 if more else 1.5)
+                    check(len(view.lines("view: ")) == before and view.process.poll() is None, view.text())
+                    wait_for_status(view, shown)
+                    copy.write(part)
+            view.settle(before)
+            check_same_in_the_end(view, "other.pbvg", "a file that was written slowly")
+            check(not view.lines("pbm-view: "), f"half a file is reported: {view.text()}")
+            check(view.quit() == 0, "Escape does not end with 0")
+
+    model.write_bytes(old)
+    with View(display, "slow.pbvg") as view:
+        shown, before = view.grab(), len(view.lines("view: "))
+        model.write_bytes(new[:len(new) // 2])
+        view.wait(lambda: view.lines("pbm-view: slow.pbvg: "), "word about half a file")
+        frames = len(view.lines("frame "))
+        view.xdotool("key", "Left")
+        time.sleep(3)
+        check(len(view.lines("frame ")) < frames + 10, "the window does not rest while its file is damaged")
+        wait_for_status(view, shown)
+        model.write_bytes(new)
+        view.settle(before)
+        check_same_in_the_end(view, "other.pbvg", "a whole file after half a one")
+        # A file that is removed stays as it was; one that is never finished does not hold the window.
+        model.unlink()
+        view.key("Left")
+        check(len(view.lines("view: ")) > before + 1, "the view of a removed file does not turn")
+        check(view.quit() == 0, "Escape does not end with 0")
+    model.write_bytes(old)
+    with View(display, "slow.pbvg") as view, open(model, "wb", buffering=0) as copy:
+        shown = rendered("model.pbvg", *view.view())
+        copy.write(new[:1000])
+        wait_for_status(view, shown)
+        check(view.quit() == 0, "Escape does not end with 0 while the file is written")
+    # Lights that were moved are lost only after a question.
+    model.write_bytes(old)
+    with View(display, "slow.pbvg", "--panel", size=(640, 480)) as view:
+        view.act("mousemove", 200, 200, "keydown", "l", "mousedown", 1, "mousemove", 260, 240, "mouseup", 1, "keyup", "l")
+        before, frames = len(view.lines("view: ")), len(view.lines("frame "))
+        model.write_bytes(new)
+        view.wait(lambda: len(view.lines("frame ")) > frames, "question")
+        time.sleep(1)
+        check(len(view.lines("view: ")) == before, "the moved light is lost without a question")
+        view.xdotool("key", "Return")
+        view.settle(before)
 
 
 if __name__ == "__main__":

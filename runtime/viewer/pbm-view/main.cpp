@@ -4,6 +4,7 @@
 #include "window/window.h"
 
 #include "command_line/command_line.h"
+#include "system/processes/this_process.h"
 
 #include <cstdlib>
 #include <filesystem>
@@ -72,6 +73,8 @@ int run(int argc, char **argv, std::unique_ptr<Viewer::Workers> &workers) {
         if (!opened)
             return command_line::fail(kProgram, command_line::output_name(wanted.output), opened.error());
         start.video = std::move(*opened);
+    } else {
+        read_zeros_when_mapped_file_shrinks(); // the window keeps its last picture
     }
 
     workers = std::make_unique<Viewer::Workers>();

@@ -73,7 +73,7 @@ int Viewer::run() {
         if (const auto failed = receive_model())
             return *failed;
         receive_dialog();
-        reopen_changed();
+        follow_file();
         receive_chunks();
         receive_saves(false);
         receive_scene_save(false);
@@ -117,7 +117,7 @@ void Viewer::move_to(const Camera &camera) {
 }
 
 void Viewer::set_camera(const Camera &camera) {
-    if (!is_usable(camera) || recording_)
+    if (!is_usable(camera) || recording_ || overwritten_)
         return;
     camera_ = camera;
     change_view();
@@ -202,6 +202,11 @@ std::optional<double> Viewer::timeout() const {
         (model_ && model_->streamed().is_loading()))
         no_later_than(now + kBusyPoll);
     no_later_than(arrows_.next_step(now));
+    if (overwritten_) { // no picture is due
+        if (!opening_ && !scene_save_.valid())
+            no_later_than(overwritten_->next_look);
+        return at ? std::optional(std::max(0.0, *at - now)) : std::nullopt;
+    }
     // A refinement that is overdue waits for chunks, which wake the window.
     if (const auto refinement = refinement_due(); refinement && *refinement > now)
         no_later_than(refinement);
@@ -247,6 +252,8 @@ OverlayText Viewer::overlay_text() const {
         add_clip_handles(text.drawing);
     if (raking_)
         text.status = "Drag: the light comes from where the pointer is";
+    else if (std::string status = file_status(); !status.empty())
+        text.status = std::move(status);
     else if (scene_save_.valid())
         text.status = "Saving " + file_name(model_->path()) + " ...";
     else if (hint_until_)

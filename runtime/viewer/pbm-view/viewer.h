@@ -104,7 +104,11 @@ class Viewer {
     void open_dialog();
     void choose_from_page(const std::optional<StartPage::Choice> &choice);
     void receive_dialog();
-    void reopen_changed();
+    void follow_file();
+    bool has_settled();
+    void reopen(bool quietly);
+    void hold_picture();
+    std::string file_status() const;
     Status show(ShownModelPointer loaded);
     void watch();
     void search_damage();
@@ -112,7 +116,6 @@ class Viewer {
     void report_damage(const std::vector<Error> &errors);
     int report_problem(const std::string &path, const Error &error);
     void show_start_page();
-    void escape();
     void move_to(const Camera &camera);
     void set_camera(const Camera &camera);
     void change_view();
@@ -137,11 +140,11 @@ class Viewer {
     std::optional<PickedPoint> pick_under_mouse() const;
     MeasuredPoint measured(const PickedPoint &point) const;
     void switch_clip();
+    void set_clip(const ClipRegion &clip);
     bool begin_clip_drag();
     void drag_clip();
     void add_clip_handles(OverlayDrawing &to) const;
     void toggle_measuring();
-    bool escape_measuring();
     void add_point();
     void copy_measurement();
     OverlayDrawing measure_drawing() const;
@@ -164,11 +167,16 @@ class Viewer {
         std::string text;
         std::function<void()> accept;
         char letter = 0;
-        std::function<void()> other;
+        std::function<void()> other{};
+        bool quits = false; // whether accepting ends the program
     };
     void ask(Question question);
     bool answer(const KeyEvent &event);
-    void ask_about_edits(const std::string &what, std::function<void()> accept);
+    std::string losses() const;
+    void ask_about_losses(const std::string &what, std::function<void()> accept, bool quits = false);
+    void escape();
+    bool end_drag();
+    bool leave_tool();
     void request_quit();
     Look look_to_keep() const;
     bool has_edits() const;
@@ -232,7 +240,16 @@ class Viewer {
     int problem_code_ = 0;                         // of the last file that could not be shown, while none was
     std::stop_source stop_;                        // ends the dialog
     std::shared_ptr<FileWatch> watch_;             // of the model shown
-    std::shared_ptr<std::atomic<bool>> has_changed_ = std::make_shared<std::atomic<bool>>(false); // its file
+    using News = std::atomic<FileChange>;
+    std::shared_ptr<News> news_ = std::make_shared<News>(FileChange::none); // of its file
+    // Its file was written in place: its last picture stays until the file can be opened.
+    struct Overwritten {
+        FileStamp seen, tried; // when it was looked at, and opened, last
+        bool grows;            // changed between the last two looks
+        double next_look;      // window's clock
+    };
+    std::optional<Overwritten> overwritten_;
+    bool opening_quietly_ = false; // nobody said that the file is whole
     std::stop_source stop_search_;
     std::future<std::vector<Error>> search_; // of damage in the model shown
     bool is_searched_ = false;
@@ -252,16 +269,21 @@ class Viewer {
     const SavedViews saved_views_;
     std::optional<ZoomAnchor> anchor_; // holds while the mouse and the camera stay
 
-    std::optional<glm::dvec2> mouse_;     // last seen, in picture heights
-    std::optional<MouseButton> dragging_; // the button that started the drag
-    bool drag_with_shift_ = false;
-    glm::dvec2 drag_place_{0}; // where it started
-    bool is_click_ = false;    // so far the drag has not moved
+    std::optional<glm::dvec2> mouse_; // last seen, in picture heights
+    struct HeldButton {
+        MouseButton button; // that started the drag
+        bool with_shift;
+        glm::dvec2 place; // where it started
+        bool is_click;    // so far the drag has not moved
+        Camera camera;    // before it
+        LookPointer look;
+        std::optional<ClipHandle> handle{}; // is dragged instead of the camera
+    };
+    std::optional<HeldButton> drag_;
     double last_click_ = -1;
     glm::dvec2 last_click_place_{0};
 
     bool show_clip_handles_ = false;
-    std::optional<ClipHandle> dragged_clip_; // instead of the camera
     bool measuring_ = false, show_coordinates_ = false;
     Polyline line_; // measured
 

@@ -12,10 +12,10 @@ constexpr double kHandleReach = 12; // pixels at scale 1
 void Viewer::switch_clip() {
     if (!model_ || recording_)
         return;
-    ClipRegion &clip = options_.clip;
+    ClipRegion clip = options_.clip;
     if (clip.empty()) {
         clip.plane = first_clip_plane(camera_, model_->bounds());
-        notify("Clip plane: drag its dots to move and to turn it. K: a box", false);
+        notify("Clip plane: drag its dots to move and to turn it. K: a box, Escape: the whole model", false);
     } else if (!show_clip_handles_) {
         notify("Drag the dots. K: the next kind of clip region", false);
     } else if (clip.plane) {
@@ -25,7 +25,11 @@ void Viewer::switch_clip() {
         clip = {};
     }
     show_clip_handles_ = !clip.empty();
-    glide_.reset();
+    set_clip(clip);
+}
+
+void Viewer::set_clip(const ClipRegion &clip) {
+    options_.clip = clip;
     Camera camera = camera_;
     camera.clip = clip;
     move_to(camera);
@@ -35,17 +39,14 @@ void Viewer::switch_clip() {
 bool Viewer::begin_clip_drag() {
     if (!show_clip_handles_ || !model_ || recording_)
         return false;
-    dragged_clip_ = handle_at(clip_handles(options_.clip, model_->bounds().radius), space_of(camera_), mouse_pixel(),
+    drag_->handle = handle_at(clip_handles(options_.clip, model_->bounds().radius), space_of(camera_), mouse_pixel(),
                               kHandleReach * window_.content_scale());
-    return dragged_clip_.has_value();
+    return drag_->handle.has_value();
 }
 
 void Viewer::drag_clip() {
-    options_.clip =
-        after_handle_drag(options_.clip, *dragged_clip_, model_->bounds().radius, space_of(camera_), mouse_pixel());
-    Camera camera = camera_;
-    camera.clip = options_.clip;
-    move_to(camera);
+    set_clip(
+        after_handle_drag(options_.clip, *drag_->handle, model_->bounds().radius, space_of(camera_), mouse_pixel()));
 }
 
 void Viewer::add_clip_handles(OverlayDrawing &to) const {

@@ -97,9 +97,11 @@ void Viewer::handle(const EditEvent &event) {
         stale_ = true;
         return accept();
     }
-    if (is_measuring() && event.key == EditKey::backspace && event.pressed &&
-        !(has_windows() && overlay_.wants_keys())) {
-        line_.remove_last();
+    if (is_measuring() && event.pressed && !(has_windows() && overlay_.wants_keys())) {
+        if (event.key == EditKey::backspace)
+            line_.remove_last();
+        else if (event.key == EditKey::erase)
+            line_.clear();
         stale_ = true;
     }
     if (start_page_.is_shown() && event.key == EditKey::enter && event.pressed)
@@ -130,23 +132,19 @@ void Viewer::handle(const ButtonEvent &event) {
         update_panel();
     }
     if (!event.pressed) {
-        if (dragging_ == event.button) {
-            dragged_clip_.reset();
-            if (is_measuring() && is_click_ && event.button == MouseButton::left)
+        if (drag_ && drag_->button == event.button) {
+            if (is_measuring() && drag_->is_click && event.button == MouseButton::left)
                 add_point();
-            dragging_.reset();
+            drag_.reset();
         }
         return;
     }
-    if (dragging_ || (has_windows() && overlay_.wants_mouse()))
+    if (drag_ || (has_windows() && overlay_.wants_mouse()))
         return;
     focus_panel(false);
-    dragging_ = event.button;
-    drag_with_shift_ = event.shift;
-    drag_place_ = mouse_.value_or(glm::dvec2(0));
-    is_click_ = true;
+    drag_ = {event.button, event.shift, mouse_.value_or(glm::dvec2(0)), true, camera_, look_};
     if (event.button == MouseButton::left && !event.shift && begin_clip_drag()) {
-        is_click_ = false;
+        drag_->is_click = false;
         return;
     }
     if (event.button != MouseButton::left || !mouse_ || is_measuring())
@@ -168,23 +166,23 @@ void Viewer::handle(const MoveEvent &event) {
     mouse_ = event.position;
     if (has_windows()) {
         overlay_.point(event.position * static_cast<double>(window_.framebuffer_size().y));
-        if (!dragging_)
+        if (!drag_)
             update_panel();
     }
     stale_ = stale_ || show_coordinates_;
-    if (!dragging_ || !model_ || moved == glm::dvec2(0))
+    if (!drag_ || !model_ || moved == glm::dvec2(0))
         return;
-    if (dragged_clip_)
+    if (drag_->handle)
         return drag_clip();
-    if (raking_ && *dragging_ == MouseButton::left)
+    if (raking_ && drag_->button == MouseButton::left)
         return rake();
-    is_click_ = is_click_ && glm::length(*mouse_ - drag_place_) < kClickReach;
-    if (is_measuring() && is_click_)
+    drag_->is_click = drag_->is_click && glm::length(*mouse_ - drag_->place) < kClickReach;
+    if (is_measuring() && drag_->is_click)
         return; // the hand shakes
     Drag drag = Drag::turn;
-    if (*dragging_ == MouseButton::middle || (*dragging_ == MouseButton::left && drag_with_shift_))
+    if (drag_->button == MouseButton::middle || (drag_->button == MouseButton::left && drag_->with_shift))
         drag = Drag::pan;
-    else if (*dragging_ == MouseButton::right)
+    else if (drag_->button == MouseButton::right)
         drag = Drag::distance;
     move_to(after_drag(camera_, steering(), drag, {moved.x, -moved.y}));
 }

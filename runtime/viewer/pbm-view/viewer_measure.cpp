@@ -38,19 +38,10 @@ void Viewer::toggle_measuring() {
     if (!model_)
         return;
     measuring_ = !measuring_;
-    line_.clear();
     if (measuring_)
-        notify("Click on two points or more; Backspace takes the last one back, Ctrl + C copies, Escape clears", false);
-}
-
-// Clears the points, or else ends measuring. Returns whether there was something to end.
-bool Viewer::escape_measuring() {
-    if (!is_measuring())
-        return false;
-    if (line_.points().empty())
-        measuring_ = false;
-    line_.clear();
-    return true;
+        notify("Click on two points or more; Backspace takes the last one back, Delete all, Ctrl + C copies", false);
+    else if (!line_.points().empty())
+        notify("M shows the measured points again", false);
 }
 
 void Viewer::add_point() {

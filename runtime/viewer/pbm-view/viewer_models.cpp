@@ -17,6 +17,7 @@ namespace pbm {
 namespace {
 
 constexpr double kHintTime = 8; // seconds
+constexpr double kLook = 1;     // seconds, from one look at a file that was written over to the next
 
 } // namespace
 
@@ -39,6 +40,8 @@ std::optional<int> Viewer::receive_model() {
             return command_line::fail_usage(program_, shown.error().message);
         if (is_kept)
             recent_.add(path);
+    } else if (opening_again_ && (opening_quietly_ || *news_ == FileChange::writing)) {
+        // The file is not whole yet.
     } else if (!was_cancelled) {
         const int code = report_problem(path, loaded.error());
         if (video_)
@@ -66,9 +69,10 @@ void Viewer::open_files(const std::vector<std::string> &paths) {
 
 // `again`: the file of the model shown was replaced, so the view stays. One file is opened at a time.
 void Viewer::open(const std::string &path, bool again) {
-    if (!again && has_edits())
-        return ask_about_edits("open " + file_name(path), [this, path] {
+    if (!again && !losses().empty())
+        return ask_about_losses("open " + file_name(path), [this, path] {
             kept_ = look_->appearance; // is lost
+            line_.clear();
             open(path);
         });
     start_page_.hide();
@@ -87,6 +91,7 @@ void Viewer::open(const std::string &path, bool again) {
     if (view_size_ != glm::ivec2(0))
         options.resolution = view_size_;
     opening_again_ = again;
+    opening_quietly_ = false;
     opening_ = std::make_unique<Opening>(workers_.helpers, path, options, scans_);
 }
 
@@ -132,13 +137,71 @@ void Viewer::receive_dialog() {
 }
 
 // Opens the file of the model shown again if it was replaced or written.
-void Viewer::reopen_changed() {
-    if (!model_ || opening_ || video_ || recording_ || scene_save_.valid() || !has_changed_->exchange(false))
+void Viewer::follow_file() {
+    if (!model_ || video_ || recording_)
         return;
-    if (has_edits())
+    const FileChange news = *news_;
+    stale_ = stale_ || news == FileChange::writing;
+    if (news != FileChange::none && !overwritten_ && model_->is_overwritten())
+        hold_picture();
+    if (opening_ || scene_save_.valid())
+        return;
+    FileChange whole = FileChange::whole;
+    const bool is_told = news_->compare_exchange_strong(whole, FileChange::none);
+    if (is_told || has_settled())
+        reopen(!is_told);
+}
+
+// Whether a file that was written over, of which nobody tells when it is whole, has stopped to change: such news come
+// from this machine alone.
+bool Viewer::has_settled() {
+    if (!overwritten_ || Window::now() < overwritten_->next_look)
+        return false;
+    const FileStamp stamp = model_->stamp();
+    overwritten_->grows = stamp != std::exchange(overwritten_->seen, stamp);
+    overwritten_->next_look = Window::now() + kLook;
+    stale_ = true;
+    return !overwritten_->grows && *news_ == FileChange::none && stamp != overwritten_->tried;
+}
+
+// `quietly`: without a word if that fails.
+void Viewer::reopen(bool quietly) {
+    if (overwritten_)
+        overwritten_->tried = model_->stamp();
+    const auto open_again = [this, path = model_->path()] { open(path, true); };
+    if (!has_edits()) {
+        open_again();
+        opening_quietly_ = quietly;
+    } else if (overwritten_) {
+        ask_about_losses("open what was written to " + file_name(model_->path()), open_again);
+    } else {
         notify(file_name(model_->path()) + " was written anew; the window keeps its lights and materials", true);
-    else
-        open(model_->path(), true);
+    }
+}
+
+// Keeps the last picture, and the camera that it shows: nothing can be drawn of a file that was written over.
+void Viewer::hold_picture() {
+    if (overwritten_)
+        return;
+    overwritten_ = {model_->stamp(), {}, true, Window::now() + kLook};
+    glide_.reset();
+    drag_.reset();
+    if (is_usable(canvas_camera_))
+        camera_ = canvas_camera_;
+    ++view_; // what is drawn in the background is not shown
+    end_refinement();
+    stop_search_.request_stop();
+    search_ = {};
+    stale_ = true;
+}
+
+// What is told of the file of the model shown while it is not whole.
+std::string Viewer::file_status() const {
+    if (!model_ || (!overwritten_ && *news_ != FileChange::writing))
+        return "";
+    const bool is_written = *news_ == FileChange::writing || overwritten_->grows;
+    return file_name(model_->path()) + (is_written ? " is being written; this picture is the last one"
+                                                   : " was written over; this picture is the last one");
 }
 
 Status Viewer::show(ShownModelPointer loaded) {
@@ -152,6 +215,8 @@ Status Viewer::show(ShownModelPointer loaded) {
     if (look_)
         shown_options = look_->options;
     const bool is_same = model_ && opening_again_ && model_->path() == loaded->path();
+    overwritten_.reset();
+    drag_.reset();
     stop_search_.request_stop();
     search_ = {};
     shadows_.show(loaded);
@@ -162,10 +227,14 @@ Status Viewer::show(ShownModelPointer loaded) {
     header_.assign(header.begin(), header.end());
     glide_.reset();
     canvas_.reset();
-    if (!is_same) {
+    canvas_camera_ = {};
+    if (is_same) {
+        options_.clip = camera_.clip;
+    } else {
         camera_ = *camera;
         axis_ = camera_.up;
         line_.clear();
+        show_clip_handles_ = false;
     }
     if (picture_size() != glm::ivec2(0))
         view_size_ = picture_size();
@@ -216,12 +285,11 @@ void Viewer::watch() {
     if (watch_)
         watch_->stop();
     watch_ = std::make_shared<FileWatch>(model_->path());
-    has_changed_ = std::make_shared<std::atomic<bool>>(false);
-    workers_.helpers.post([watch = watch_, has_changed = has_changed_, &helpers = workers_.helpers] {
-        while (watch->wait()) {
-            has_changed->store(true);
-            helpers.wake();
-        }
+    news_ = std::make_shared<News>(FileChange::none);
+    workers_.helpers.post([watch = watch_, news = news_, &helpers = workers_.helpers] {
+        for (FileChange change = watch->wait(); change != FileChange::none; change = watch->wait())
+            if (news->exchange(change) != change)
+                helpers.wake();
     });
 }
 
@@ -251,6 +319,8 @@ void Viewer::receive_chunks() {
 
 // Reports each fault once, whether a picture met it or the search.
 void Viewer::report_damage(const std::vector<Error> &errors) {
+    if (!errors.empty() && !video_ && !recording_ && model_->is_overwritten())
+        return hold_picture();
     const Error *first = nullptr;
     for (const Error &error : errors) {
         if (has_offset(error) && !damage_.insert(error.offset).second)

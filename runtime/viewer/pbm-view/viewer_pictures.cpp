@@ -13,7 +13,7 @@ namespace pbm {
 
 void Viewer::draw_due_picture() {
     const glm::ivec2 size = picture_size();
-    if (recording_ || !model_ || size == glm::ivec2(0))
+    if (recording_ || overwritten_ || !model_ || size == glm::ivec2(0))
         return;
     if (size != view_size_) {
         view_size_ = size;
@@ -56,6 +56,10 @@ void Viewer::draw_now(const DetailView &view) {
         canvas_.emplace(view_size_.x, view_size_.y);
     const bool first_of_view = !scheduler_->shown();
     const PictureStatistics drawn = model_->draw_now(choose(view), view, look_, *canvas_);
+    if (drawn.is_lost && !video_) {
+        canvas_.reset();
+        return hold_picture();
+    }
     show_picture(view.max_error, drawn);
     if (first_of_view && verbose())
         std::cout << "view: " << view_as_options(camera_, options_, view_size_) << look_as_options(look_->options)
@@ -75,6 +79,8 @@ void Viewer::receive_picture() {
     if (!is_ready(drawing_))
         return;
     Picture picture = drawing_.get();
+    if (picture.view == view_ && picture.drawn.is_lost && !video_)
+        hold_picture();
     if (picture.view == view_) {
         canvas_ = std::move(picture.pixels);
         show_picture(picture.max_error, picture.drawn);
@@ -84,7 +90,7 @@ void Viewer::receive_picture() {
 
 // When to start to refine the picture shown; absent if it is not to be refined, or is already.
 std::optional<double> Viewer::refinement_due() const {
-    if (!scheduler_ || refinement_ || samples_ > 0 || recording_ || video_ ||
+    if (!scheduler_ || refinement_ || overwritten_ || samples_ > 0 || recording_ || video_ ||
         !draws_fine(look_->options.quality, Motion::still))
         return std::nullopt;
     return scheduler_->refinement_due();
@@ -96,6 +102,8 @@ void Viewer::refine() {
         auto picture = refinement_->receive();
         if (!picture)
             return;
+        if (picture->drawn.is_lost)
+            return hold_picture();
         canvas_ = std::move(picture->pixels);
         presenter_.upload(*canvas_);
         drawn_ = picture->drawn;
@@ -136,8 +144,8 @@ void Viewer::show_picture(double max_error, const PictureStatistics &drawn) {
 
 // Reports, once per model, that the chunks which the picture lacks do not fit into the memory allowed.
 void Viewer::check_room() {
-    if (!model_ || !scheduler_->shown() || scheduler_->complete() || scheduler_->due() || drawing_.valid() ||
-        saver_.is_waiting() || view_ == full_view_ || model_->streamed().is_loading())
+    if (!model_ || overwritten_ || !scheduler_->shown() || scheduler_->complete() || scheduler_->due() ||
+        drawing_.valid() || saver_.is_waiting() || view_ == full_view_ || model_->streamed().is_loading())
         return;
     if (choose(still_view()).missing.size() != drawn_.missing)
         return scheduler_->arrived(true);

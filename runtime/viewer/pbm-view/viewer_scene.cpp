@@ -169,41 +169,6 @@ std::string Viewer::shadow_note() const {
     return shadows_.baking() ? "Its shadows are baked anew ..." : "It casts no shadow: new ones could not be baked.";
 }
 
-void Viewer::ask(Question question) {
-    question_ = std::move(question);
-    stale_ = true;
-}
-
-// Whether a question, or the panel, takes a key of the window.
-bool Viewer::answer(const KeyEvent &event) {
-    if (!event.pressed)
-        return false; // keys are released everywhere
-    if (question_)
-        return event.key == Key::quit ? (escape(), true) : true;
-    if (!panel_has_keys_ || event.key == Key::panel_focus)
-        return false;
-    if (event.key == Key::quit && !overlay_.has_popup())
-        focus_panel(false);
-    return event.key != Key::copy && event.key != Key::save_scene;
-}
-
-// Goes one step back: leaves what lies over the model, one thing at a time, and at last the program.
-void Viewer::escape() {
-    stale_ = true;
-    if (question_)
-        question_.reset();
-    else if (opening_ && opening_->progress() && !video_)
-        opening_->cancel();
-    else if (start_page_.is_shown() && (model_ || opening_))
-        start_page_.hide();
-    else if (show_help_)
-        show_help_ = false;
-    else if (has_panel())
-        toggle_panel();
-    else if (!escape_measuring())
-        request_quit();
-}
-
 // The look as files and options keep it: edited lights that follow the eye are fixed to the model where they stand now.
 Look Viewer::look_to_keep() const {
     const Appearance &shown = look_->appearance;
@@ -213,22 +178,6 @@ Look Viewer::look_to_keep() const {
 }
 
 bool Viewer::has_edits() const { return look_ && kept_ && is_edited(look_->appearance, *kept_); }
-
-void Viewer::request_quit() {
-    const bool asked = question_.has_value();
-    quit_ = asked || recording_ || video_ || !has_edits();
-    if (quit_)
-        return;
-    window_.refuse_close();
-    ask_about_edits("quit", [this] { quit_ = true; });
-}
-
-void Viewer::ask_about_edits(const std::string &what, std::function<void()> accept) {
-    ask({.text = "Lights or materials were changed and not saved.\nEnter: " + what + "    S: save ...    Escape: back",
-         .accept = std::move(accept),
-         .letter = 's',
-         .other = [this] { ask_to_save(); }});
-}
 
 // Puts the command that draws this picture on the clipboard, and the builder's options where lights or materials were
 // changed.

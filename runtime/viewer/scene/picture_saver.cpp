@@ -33,7 +33,8 @@ void PictureSaver::begin(const Waiting &picture, Detail detail) {
         if (!drawn.missing.empty())
             return Error{ErrorCode::memory, 0, "the picture needs more memory than allowed"};
         Framebuffer pixels(view.width, view.height, false);
-        model->draw_still(drawn, view, look, pixels);
+        if (model->draw_still(drawn, view, look, pixels).is_lost)
+            return Error{ErrorCode::io, 0, "no picture was saved: the file of the model was written over"};
         return save_picture(std::filesystem::path(), std::filesystem::path(model->path()).stem().string(), pixels);
     }));
 }

@@ -12,7 +12,7 @@ double error_of(const Detail &detail, double max_error) {
 
 Result<ShownModelPointer> ShownModel::open(const std::string &path, const std::string &file, const ViewOptions &options,
                                            std::function<void()> arrived) {
-    ShownModelPointer shown(new ShownModel(path, options));
+    ShownModelPointer shown(new ShownModel(path, open_to_read(file), options));
     StreamingOptions streaming{.threads = options.load.threads, .max_memory = options.load.max_memory};
     // One call suffices for all arrivals that nobody has taken: chunks arrive faster than pictures are drawn.
     streaming.arrived = [&has_arrivals = shown->has_arrivals_, arrived = std::move(arrived)] {
@@ -57,6 +57,7 @@ PictureStatistics ShownModel::measure(const Detail &detail, const DetailView &vi
         statistics.coarsest_level = std::min(statistics.coarsest_level, run.level);
     statistics.error = error_of(detail, view.max_error);
     statistics.missing = detail.missing.size();
+    statistics.is_lost = is_overwritten();
     statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return statistics;
 }

@@ -1,6 +1,7 @@
 // A model that a window shows: it is drawn with the chunks loaded so far while others are loaded.
 #pragma once
 
+#include "system/files/file_watch.h"
 #include "system/threads/thread_pool.h"
 #include "viewer/options/view_options.h"
 #include "viewer/scene/look.h"
@@ -21,6 +22,7 @@ struct PictureStatistics {
     double error = 0;        // edge of the largest voxel in pixels, counting missing chunks; infinite around the eye
     std::size_t missing = 0; // chunks
     double seconds = 0;      // duration
+    bool is_lost = false;    // the file was written in place before the picture was done
 };
 
 // The error of a picture that was chosen with `max_error`.
@@ -40,6 +42,9 @@ class ShownModel {
 
     const std::string &path() const { return path_; }
     ByteView bytes() const { return scene_->file.bytes(); }
+    // What the file has become. Once it was written in place, its bytes are not those of this model any more.
+    FileStamp stamp() const { return stamp_of(opened_); }
+    bool is_overwritten() const { return stamp() != first_; }
     const Extent &extent() const { return extent_; }
     const Sphere &bounds() const { return extent_.sphere; }
     const ModelParameters &parameters() const { return streamed().reader().parameters(); }
@@ -78,13 +83,16 @@ class ShownModel {
                                  const std::atomic<bool> *stop = nullptr);
 
   private:
-    ShownModel(std::string path, const ViewOptions &options) : path_(std::move(path)), options_(options) {}
+    ShownModel(std::string path, Descriptor opened, const ViewOptions &options)
+        : path_(std::move(path)), opened_(std::move(opened)), options_(options) {}
     Painter &painter(std::optional<Painter> &made) const;
     // Times `draw`, which returns RenderStatistics.
     template <class Draw>
     PictureStatistics measure(const Detail &detail, const DetailView &view, const Draw &draw) const;
 
     const std::string path_;
+    const Descriptor opened_; // the file that is mapped
+    const FileStamp first_ = stamp();
     const ViewOptions options_;
     std::atomic<bool> has_arrivals_ = false;
     Extent extent_;

@@ -1,6 +1,8 @@
 #include "pbm_format/writing/writer.h"
 #include "system/files/file_watch.h"
+#include "system/files/mapped_file.h"
 #include "system/processes/child_program.h"
+#include "system/processes/this_process.h"
 #include "unit/support/test_models.h"
 #include "viewer/opening/explanation.h"
 #include "viewer/opening/file_dialog.h"
@@ -11,8 +13,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -327,19 +331,57 @@ TEST_F(Opening, AWatchSeesAFileReplacedOrRewritten) {
     const std::string watched = write("a.pbvg");
     fs::create_directories(file("links"));
     fs::create_symlink(watched, file("links/a.pbvg"));
+    using enum FileChange;
     FileWatch watch(watched), link(file("links/a.pbvg")), other(file("b.pbvg")), nowhere(file("none/a.pbvg"));
     write("new");
     fs::rename(file("new"), watched);
-    EXPECT_TRUE(watch.wait());
-    EXPECT_TRUE(link.wait());
+    EXPECT_EQ(watch.wait(), whole);
+    EXPECT_EQ(link.wait(), whole);
     write("a.pbvg", "rewritten");
-    EXPECT_TRUE(watch.wait());
-    auto waiting = std::async(std::launch::async, [&] { return other.wait() || nowhere.wait(); });
+    EXPECT_EQ(watch.wait(), whole);
+    {
+        std::ofstream slow(watched, std::ios::binary);
+        EXPECT_EQ(watch.wait(), writing); // it was cut short
+        slow << "a" << std::flush;
+        EXPECT_EQ(watch.wait(), writing);
+    }
+    EXPECT_EQ(watch.wait(), whole);
+    auto waiting = std::async(std::launch::async, [&] { return other.wait() != none || nowhere.wait() != none; });
     EXPECT_NE(waiting.wait_for(std::chrono::milliseconds(50)), std::future_status::ready);
     other.stop();
     nowhere.stop();
     EXPECT_FALSE(waiting.get());
-    EXPECT_FALSE(other.wait()); // later too
+    EXPECT_EQ(other.wait(), none); // later too
+}
+
+TEST_F(Opening, AStampTellsAFileWrittenInPlaceFromOneThatWasReplaced) {
+    const std::string watched = write("a.pbvg");
+    const Descriptor opened = open_to_read(watched);
+    const FileStamp first = stamp_of(opened);
+    write("new", "another text");
+    fs::rename(file("new"), watched);
+    EXPECT_EQ(stamp_of(opened), first);
+    fs::remove(watched);
+    EXPECT_EQ(stamp_of(opened), first);
+    write("b.pbvg");
+    const Descriptor other = open_to_read(file("b.pbvg"));
+    const FileStamp second = stamp_of(other);
+    fs::resize_file(file("b.pbvg"), 0);
+    EXPECT_NE(stamp_of(other), second);
+    EXPECT_EQ(stamp_of(Descriptor()), FileStamp());
+}
+
+TEST_F(Opening, AMappedFileThatShrinksIsReadAsZerosOnRequest) {
+    write("a.pbvg", std::string(20000, 'x'));
+    const auto mapped = MappedFile::open(file("a.pbvg"));
+    ASSERT_TRUE(mapped);
+    end_when_mapped_file_shrinks("test");
+    read_zeros_when_mapped_file_shrinks();
+    fs::resize_file(file("a.pbvg"), 1);
+    const ByteView bytes = mapped->bytes();
+    EXPECT_EQ(bytes[0], 'x');
+    EXPECT_TRUE(std::all_of(bytes.begin() + 1, bytes.end(), [](std::uint8_t byte) { return byte == 0; }));
+    std::signal(SIGBUS, SIG_DFL);
 }
 
 TEST_F(Opening, TheDialogIsTheDesktops) {

@@ -63,7 +63,7 @@ std::vector<OverlayRow> help_rows(CameraMode mode) {
                                          {"5", "orthographic or perspective"},
                                          {"B", "show or hide backs: hidden, rooms are seen into from outside"},
                                          {"Ctrl + 6 to 9; 6 to 9", "save a view; show it"},
-                                         {"M", "measure: a click sets a point, Backspace takes it back"},
+                                         {"M", "measure: clicks set points; Backspace, Delete: one, all back"},
                                          {"X", "coordinates under the mouse"},
                                          {"K", "cut the model open: a plane, a box"},
                                          {"U", "another up axis"},
@@ -80,7 +80,7 @@ std::vector<OverlayRow> help_rows(CameraMode mode) {
                                          {"Ctrl + O, drop files", "open models, scans or folders"},
                                          {"Page Up, Page Down", "previous, next file"},
                                          {"Ctrl + R", "recent files; what is wrong with a file"},
-                                         {"Escape", "back; quit"}};
+                                         {"Escape", "one step back: from a drag, a tool, the panel; quit"}};
     rows.insert(rows.end(), common.begin(), common.end());
     return rows;
 }

@@ -242,8 +242,10 @@ void Window::set_title(const std::string &title) { glfwSetWindowTitle(window_, t
 
 void Window::copy(const std::string &text) { glfwSetClipboardString(window_, text.c_str()); }
 
+bool Window::is_full_screen() const { return glfwGetWindowMonitor(window_) != nullptr; }
+
 void Window::toggle_full_screen() {
-    if (glfwGetWindowMonitor(window_) != nullptr) {
+    if (is_full_screen()) {
         glfwSetWindowMonitor(window_, nullptr, windowed_place_.x, windowed_place_.y, windowed_size_.x, windowed_size_.y,
                              GLFW_DONT_CARE);
         return;

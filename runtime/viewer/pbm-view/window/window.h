@@ -120,6 +120,7 @@ class Window {
     void set_title(const std::string &title);
     // Puts text on the clipboard.
     void copy(const std::string &text);
+    bool is_full_screen() const;
     void toggle_full_screen();
     // Shows the framebuffer.
     void swap();
