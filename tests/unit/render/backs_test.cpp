@@ -63,6 +63,7 @@ template <class IsKept> Model part_of(const Model &whole, const IsKept &is_kept)
             points.radii.push_back(whole.levels.back().points.radii[i]);
         }
     Model part = whole;
+    part.parameters.closed = false;
     LevelMasks masks = encode_octree(kept, static_cast<int>(depth));
     for (std::size_t level = 0; level < masks.size(); ++level)
         part.levels[level].masks = std::move(masks[level]);
@@ -168,8 +169,8 @@ TEST(NearSplats, CoverThePictureHoweverNearTheEyeIs) {
             camera.focal_point = middle;
             const Framebuffer picture = renderer.draw(ball(), camera);
             std::size_t empty = 0;
-            for (const float depth : picture.depth)
-                empty += depth == kEmpty;
+            for (std::size_t i = 0; i < picture.pixels(); ++i)
+                empty += picture.depth[i] == kEmpty;
             EXPECT_EQ(empty, 0U) << renderer.name << " " << voxels;
             EXPECT_NEAR(picture.depth[kBacksHeight / 2 * kBacksWidth + kBacksWidth / 2], voxels * voxel, 0.8 * voxel)
                 << renderer.name << " " << voxels;

@@ -24,7 +24,11 @@ using test::FileEditor;
 using test::sphere_model;
 
 const Model &model() {
-    static const Model sphere = sphere_model(7, every_attribute(ColourFormat::rgb565, 7));
+    static const Model sphere = [] {
+        Model made = sphere_model(7, every_attribute(ColourFormat::rgb565, 7));
+        made.parameters.closed = true;
+        return made;
+    }();
     return sphere;
 }
 

@@ -199,6 +199,8 @@ std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std:
                         .right = 1,
                         .nearest = 0,
                         .faces_eye = faces_eye,
+                        .has_fronts = true,
+                        .has_backs = false,
                         .block = 2,
                         .thin = false,
                         .is_cut = false});
