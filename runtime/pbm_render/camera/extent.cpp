@@ -17,8 +17,10 @@ namespace {
 
 constexpr std::size_t kMaxVoxels = std::size_t{1} << (3 * kBoundsLevel);
 
-// Voxel edges. Splats of dense scans are not larger: their discs hardly stand out of their voxels.
+// Voxel edges. Points of dense scans reach no farther: their discs hardly stand out of the voxels of a level. Of few
+// voxels, discs are a part of the model that one sees.
 constexpr double kDenseReach = 0.95;
+constexpr std::size_t kFewVoxels = 64;
 
 struct Voxel {
     MortonCode code;
@@ -27,9 +29,11 @@ struct Voxel {
 
 // `index`: radius of a point of `level`; of a coarser level than the finest, it covers the discs of all points below
 // (BVG.md 6.2.3).
-double margin_of(std::uint8_t index, int level, bool is_finest) {
+double margin_of(std::uint8_t index, int level, bool is_finest, double dense_reach) {
     const double reach = std::ldexp(radius_fraction(index), level);
-    return reach > kDenseReach ? reach - (is_finest ? 0.5 : std::sqrt(0.75)) : 0;
+    if (reach <= dense_reach)
+        return 0;
+    return reach - (is_finest ? 0.5 : std::sqrt(0.75));
 }
 
 // A mapped file may be rewritten since its masks were verified: from the first mask that makes no sense on, voxels
@@ -194,10 +198,12 @@ Extent find_extent(const Grid &grid, const CoarseVoxels &coarse) {
     const auto [masks, level, radii] = coarse;
     assert(level >= 0 && level <= kBoundsLevel);
     const std::vector<MortonCode> codes = occupied(masks, level);
+    const bool is_finest = level == grid.depth;
+    const double dense_reach = is_finest && codes.size() < kFewVoxels ? 0.5 : kDenseReach;
     std::vector<Voxel> voxels;
     voxels.reserve(codes.size());
     for (std::size_t i = 0; i < codes.size(); ++i)
-        voxels.push_back({codes[i], i < radii.size() ? margin_of(radii[i], level, level == grid.depth) : 0});
+        voxels.push_back({codes[i], i < radii.size() ? margin_of(radii[i], level, is_finest, dense_reach) : 0});
     remove_specks(voxels, level);
     Extent extent{.sphere = {}, .corners = outer_corners(voxels, level)};
     extent.sphere = enclose(extent.corners);

@@ -56,11 +56,36 @@ Model with_up(Model model, UpAxis up) {
     return model;
 }
 
-TEST(FindExtent, OfOneVoxelReachesItsCorners) {
+TEST(FindExtent, OfOneVoxelReachesTheBorderOfItsDisc) {
     const Extent extent = find_extent(make_test_model(3, {{{5, 2, 7}}}));
     EXPECT_NEAR(glm::length(extent.sphere.centre - glm::dvec3(5.5, 2.5, 7.5)), 0, 1e-9);
-    EXPECT_NEAR(extent.sphere.radius, std::sqrt(0.75), 1e-9);
+    const double reach = 8 * radius_fraction(radius_index(0.87 / 8));
+    EXPECT_NEAR(extent.sphere.radius, std::sqrt(3) * reach, 1e-9);
     EXPECT_EQ(extent.corners.size(), 8U);
+}
+
+// 27 points with discs of two voxels: at a coarse level, too, the discs are inside.
+TEST(FindExtent, HoldsDiscsOfSparsePoints) {
+    for (const int depth : {6, 9}) {
+        const std::uint32_t step = 1U << (depth - 2);
+        std::vector<TestVoxel> voxels;
+        for (std::uint32_t i = 0; i < 27; ++i)
+            voxels.push_back({{i % 3 * step + step / 2, i / 3 % 3 * step + step / 2, i / 9 * step + step / 2}});
+        Model model = make_test_model(depth, voxels);
+        for (std::uint8_t &radius : model.levels.back().points.radii)
+            radius = radius_index(1.0 / 32);
+        average_levels(model, 1);
+        const double reach = model.parameters.grid.edge() / 32;
+        glm::dvec3 low(1e9), high(-1e9);
+        for (const glm::dvec3 &corner : find_extent(model).corners) {
+            low = glm::min(low, corner);
+            high = glm::max(high, corner);
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            EXPECT_LE(low[axis], step / 2.0 + 0.5 - reach) << depth;
+            EXPECT_GE(high[axis], 2.5 * step + 0.5 + reach) << depth;
+        }
+    }
 }
 
 TEST(FindExtent, SphereOfAWallIsItsDiagonal) {
