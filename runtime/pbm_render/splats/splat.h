@@ -34,7 +34,7 @@ inline constexpr float kGrazingInset = 0.7F;
 // Inset of the ellipse: kOutlineInset * clamp(1 + kOutlineSlope * cosine of normal and ray, 0, 1).
 inline constexpr float kOutlineSlope = 1.4F;
 // Added to the inset of the ellipses of backs: at a contour they stay behind the fronts beside them.
-inline constexpr float kBackOutlineInset = 0.7F;
+inline constexpr float kBackOutlineInset = 0.4F;
 // Lower bound of the cosine between a plane's normal and the ray.
 inline constexpr float kEdgeOn = 0.02F;
 // Clamps the depth slope of a plane per screen axis: beyond 70 degrees, normals are too noisy to determine the depth

@@ -1,6 +1,8 @@
 // Moves the camera: glides to known views, to what was clicked, and zooms to the mouse.
 #include "viewer.h"
 
+#include "pbm_render/camera/unit_grid.h"
+
 #include <glm/geometric.hpp>
 
 namespace pbm {
