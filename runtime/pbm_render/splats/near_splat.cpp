@@ -12,16 +12,16 @@ namespace {
 // Neighbouring discs meet at an angle, and close up each gap between them would be seen.
 constexpr float kNearReach = 1.15F;
 
-// Bounds of the pixels along one axis. `across`: of the centre.
+// Bounds of the pixels along one axis; a disc that reaches behind the eye is bounded on one side at most. `across`: of
+// the centre.
 std::array<int, 2> range_of(float across, float depth, float radius, float focal, float middle, int first, int end) {
     const float nearest = depth - radius, farthest = depth + radius, low = across - radius, high = across + radius;
-    if (nearest <= 0.01F * radius)
-        return {first, end};
     const auto pixel = [&](float value) {
         return static_cast<int>(std::clamp(middle + focal * value, static_cast<float>(first), static_cast<float>(end)));
     };
-    return {pixel(std::min(low / nearest, low / farthest)),
-            std::min(pixel(std::max(high / nearest, high / farthest)) + 1, end)};
+    const int lowest = low <= 0 && nearest <= 0 ? first : pixel(low / (low < 0 ? nearest : farthest)),
+              highest = high >= 0 && nearest <= 0 ? end : pixel(high / (high > 0 ? nearest : farthest)) + 1;
+    return {lowest, std::min(highest, end)};
 }
 
 } // namespace
