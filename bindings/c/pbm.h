@@ -234,8 +234,8 @@ PBM_API pbm_code pbm_read_points(pbm_model *model, int32_t level, const pbm_poin
 // Bits of pbm_camera.clip.
 enum { PBM_CLIP_PLANE = 1, PBM_CLIP_BOX = 2 };
 
-// Whether points that face away from the eye are drawn: the sides that their normals do not lead to. PBM_BACKS_AUTO:
-// unless the file says that its surface is closed; then no back can be seen. Without backs, rooms are seen into from
+// Whether points that face away from the eye are drawn. PBM_BACKS_AUTO: unless the file says that its surface is
+// closed, and the eye is outside of the grid's cube; then no back can be seen. Without backs one sees into rooms from
 // outside.
 typedef enum pbm_backs { PBM_BACKS_AUTO = 0, PBM_BACKS_SHOWN = 1, PBM_BACKS_HIDDEN = 2 } pbm_backs;
 

@@ -12,8 +12,8 @@ namespace pbm {
 
 inline constexpr double kDefaultViewAngle = 0.5235987755982988; // 30 degrees
 
-// Whether points that face away from the eye are drawn. automatic: unless the file says that its surface is closed, and
-// the camera has no clip region; then no back can be seen.
+// Whether points that face away from the eye are drawn. automatic: unless the file says that its surface is closed, the
+// camera has no clip region, and the eye lies outside of the grid's cube; then no back can be seen.
 enum class Backs : std::uint8_t { automatic, show, hide };
 
 // A camera as users of F3D and VTK describe it: a pinhole, or an orthographic camera that sees as much of the focal

@@ -1,5 +1,7 @@
 #include "pbm_render/camera/unit_grid.h"
 
+#include <glm/vector_relational.hpp>
+
 #include <cmath>
 
 namespace pbm {
@@ -13,9 +15,15 @@ Grid unit_grid(const Grid &grid) {
 }
 
 bool shows_backs(const Camera &camera, const ModelParameters &parameters) {
-    if (camera.backs == Backs::automatic)
-        return !parameters.closed || !camera.clip.empty();
-    return camera.backs == Backs::show;
+    if (camera.backs != Backs::automatic)
+        return camera.backs == Backs::show;
+    if (!parameters.closed || !camera.clip.empty())
+        return true;
+    const Grid &grid = parameters.grid;
+    const glm::dvec3 in_cube =
+        (camera.position - glm::dvec3(grid.origin[0], grid.origin[1], grid.origin[2])) / grid.edge();
+    return !camera.orthographic && glm::all(glm::greaterThanEqual(in_cube, glm::dvec3(0))) &&
+           glm::all(glm::lessThanEqual(in_cube, glm::dvec3(1)));
 }
 
 Camera in_unit_grid(const Camera &camera, const ModelParameters &parameters) {

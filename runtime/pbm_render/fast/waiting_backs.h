@@ -13,7 +13,7 @@ namespace pbm {
 
 class WaitingBacks {
   public:
-    // Points of one detail level that are drawn alike.
+    // Points of runs of one detail level: the size of their voxels is all that drawing takes of the run.
     struct Group {
         const RunGeometry *run; // any one of that level
         int block;              // SeenBrick::block
@@ -25,7 +25,7 @@ class WaitingBacks {
         used_ = 0;
         open_.clear();
     }
-    // A group for points of the run that has room for a brick.
+    // A group for points of the run. It has room for a brick: fewer than kWaiting points are in it.
     Group &group_of(const RunGeometry &run, int block);
     std::span<const std::unique_ptr<Group>> groups() const { return std::span(groups_).first(used_); }
 

@@ -148,9 +148,13 @@ struct BothSides {
     FacingPoints *fronts, *backs;
 };
 
-// Appends points around the eye. `first_id`: of the vector's first point.
+// Appends points around the eye, and returns their number if the strip is the first one. `first_id`: of the vector's
+// first point.
 template <bool kPlaced>
-HWY_INLINE void add_near(const StripRun &at, const NearPoints &points, std::size_t first_id, const BothSides &to) {
+HWY_INLINE std::size_t add_near(const StripRun &at, const NearPoints &points, std::size_t first_id,
+                                const BothSides &to) {
+    const bool counts = at.strip.top == 0; // a point around the eye may touch every strip
+    std::size_t added = 0;
     const FrameGeometry &frame = at.frame;
     const Floats d;
     const Ints di;
@@ -178,12 +182,14 @@ HWY_INLINE void add_near(const StripRun &at, const NearPoints &points, std::size
         if (!normal.two_sided)
             inset = kPlaced ? -static_cast<float>(offsets[lane]) / kOffsetSteps : normal.inset;
         const glm::vec3 centre = point - inset * at.run.voxel * normal.axis;
+        added += counts;
         side->near.push_back({.centre = {centre.x, centre.y, centre.z},
                               .normal = {normal.axis.x, normal.axis.y, normal.axis.z},
                               .radius = radii[lane],
                               .cone = kPlacedCone * at.run.voxel,
                               .id = static_cast<std::uint32_t>(first_id + lane) | (is_back ? PointIds::kBackBit : 0)});
     }
+    return added;
 }
 
 // Projects points of a brick to the screen and appends to `to` those that may touch the strip. Returns how many of them
@@ -211,6 +217,7 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
     constexpr float kNowhere = std::numeric_limits<float>::infinity();
     const Vector home_top = set(strip.top == 0 ? -kNowhere : static_cast<float>(strip.top));
     const Vector home_bottom = set(strip.bottom == frame.height ? kNowhere : static_cast<float>(strip.bottom));
+    const float slack = kBacks && brick.is_flat_back ? 0 : kFacingSlack;
     std::size_t at_home = 0, fronts = !kBacks || to.fronts != nullptr ? to.fronts->count : 0;
     [[maybe_unused]] std::size_t backs = kBacks ? to.backs->count : 0;
     for (std::size_t i = points.begin; i < points.end; i += lanes) {
@@ -247,7 +254,7 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
         const IntVector index = hn::And(stored, hn::Set(di, kNormalIndexMask));
         const IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), sidedness);
         const SeenNormal normal = see_normal(frame, packed, pixel_x, pixel_y, false);
-        const Mask faces = hn::Le(normal.facing, set(kFacingSlack));
+        const Mask faces = hn::Le(normal.facing, set(slack));
         Mask keep = hn::FirstN(d, points.end - i);
         if (!points.cuts.empty()) [[unlikely]]
             for (const BrickCut &cut : points.cuts)
@@ -268,7 +275,7 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
                 !hn::AllFalse(d, is_near)) [[unlikely]] {
                 const Vector u = project(brick.u, step_x.x, step_y.x, step_z.x),
                              v = project(brick.v, step_x.y, step_y.y, step_z.y);
-                add_near<kPlaced>(at, {is_near, u, v, w, packed, offset, radius}, points.first_id + i, to);
+                at_home += add_near<kPlaced>(at, {is_near, u, v, w, packed, offset, radius}, points.first_id + i, to);
             }
             keep = hn::And(keep, is_far);
             const Vector reach = rows_to_border(at, enlarged, radius, normal.ray_y, inverse);

@@ -15,7 +15,7 @@ class FarthestDepths {
     void begin(const DepthStrip &strip);
 
     // Whether all pixels of the strip that a brick may touch show nearer points already. May return false for such a
-    // brick.
+    // brick; true if it touches no pixel.
     bool hide(const SeenBrick &brick);
 
   private:

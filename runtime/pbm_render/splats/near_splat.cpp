@@ -29,7 +29,12 @@ std::array<int, 2> range_of(float across, float depth, float radius, float focal
 PixelBox bounds_of(const NearSplat &splat, const FrameGeometry &frame, const PixelBox &picture) {
     const auto [x, y, depth] = splat.centre;
     const float radius = kNearReach * splat.radius;
-    if (depth + radius <= 0)
+    const auto is_beside = [&](float across,
+                               float middle) { // beyond the plane through the eye and the picture's border
+        return frame.focal * std::abs(across) - middle * depth >
+               radius * std::sqrt(frame.focal * frame.focal + middle * middle);
+    };
+    if (depth + radius <= 0 || is_beside(x, frame.middle_x) || is_beside(y, frame.middle_y))
         return {0, 0, 0, 0};
     const auto [left, right] = range_of(x, depth, radius, frame.focal, frame.middle_x, picture.left, picture.right);
     const auto [top, bottom] = range_of(y, depth, radius, frame.focal, frame.middle_y, picture.top, picture.bottom);

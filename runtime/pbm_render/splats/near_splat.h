@@ -14,7 +14,8 @@ namespace pbm {
 
 struct DepthStrip;
 
-// A point nearer to the eye, in depth, than kMinRadii splat radii + kMinVoxels voxels is drawn as such a disc.
+// A point nearer to the eye, in depth, than kMinRadii splat radii + kMinVoxels voxels is drawn as such a disc. Points
+// that are drawn as blocks of pixels are always farther away.
 inline constexpr float kMinRadii = 1.25F, kMinVoxels = 2;
 
 // Eye space (EyeNormal), lengths in grid edges.
@@ -31,7 +32,8 @@ struct PixelBox {
     int left, right, top, bottom;
 };
 
-// Bounds of the pixels that show the splat, within `picture`.
+// Bounds of the pixels that show the splat, within `picture`. A splat that reaches behind the eye may be unbounded on
+// one side or on both.
 PixelBox bounds_of(const NearSplat &splat, const FrameGeometry &frame, const PixelBox &picture);
 
 // Writes the depths, grid edges, of the pixels of row `y` from column `left` on; infinity where they do not show the

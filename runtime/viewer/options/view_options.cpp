@@ -64,9 +64,10 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
     command_line::add_choice(line, "--quality", "quality", kQualities, options.look.quality,
                              "fast: one colour a point; fine: points blended, every pixel shaded, several samples, in "
                              "a window when the view rests; auto (default): fine, but videos and --bench fast");
-    command_line::add_choice(line, "--backs", "choice", kBacks, options.backs,
-                             "Sides that normals do not lead to: show; hide: rooms are seen into from outside; auto "
-                             "(default): shown, unless the file says that its surface is closed");
+    command_line::add_choice(
+        line, "--backs", "choice", kBacks, options.backs,
+        "Draw points that face away from the eye; hide: one sees into rooms from outside; auto (default): "
+        "show, unless the file says that its surface is closed");
     line.add("--samples", "Of a pixel of fine pictures", &options.look.samples,
              {.check = Integers{1, kMaxSamples}, .shows_default = true});
     line.add("--level", "Finest detail level to draw; default, and above the depth: the finest there is",

@@ -78,14 +78,19 @@ TEST(Backs, AreHiddenOnlyWhereTheFileSaysThatNoneCanBeSeenOrTheCameraSaysSo) {
     ModelParameters open, closed;
     closed.closed = true;
     Camera camera;
+    camera.position = {0, 0, 2 * closed.grid.edge()};
     EXPECT_TRUE(shows_backs(camera, open));
     EXPECT_FALSE(shows_backs(camera, closed));
     EXPECT_EQ(in_unit_grid(camera, open).backs, Backs::show);
     EXPECT_EQ(in_unit_grid(camera, closed).backs, Backs::hide);
     camera.clip.plane = ClipPlane{};
     EXPECT_TRUE(shows_backs(camera, closed)); // it is cut open
+    camera.clip = {};
+    camera.position = glm::dvec3(closed.grid.edge() / 2); // the eye may be inside of the surface
+    EXPECT_TRUE(shows_backs(camera, closed));
     camera.backs = Backs::hide;
     EXPECT_FALSE(shows_backs(camera, open));
+    EXPECT_FALSE(shows_backs(camera, closed));
     camera = {};
     camera.backs = Backs::show;
     EXPECT_TRUE(shows_backs(camera, closed));

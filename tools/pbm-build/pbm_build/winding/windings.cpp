@@ -96,26 +96,38 @@ void add_patches(SignedPatches &signed_patches, Windings &mesh) {
         mesh.sheets[mesh.sheet_of_face(i)].face = static_cast<std::uint32_t>(i);
 }
 
-// Whether the face of the sheet whose corners come first in space has the opposite sign.
-bool first_face_is_opposite(const Surface &surface, const Windings &mesh, std::uint32_t sheet) {
-    std::size_t first = mesh.sheets[sheet].face;
-    for (std::size_t i = first + 1; i < surface.triangles.size(); ++i)
-        if (mesh.sheet_of_face(i) == sheet && places_of(surface, i) < places_of(surface, first))
-            first = i;
-    return mesh.opposite[mesh.joins.patches[first]] != 0;
+// Whether the sheet has no majority: neither of given normals nor of area.
+bool is_tied(const WoundSheet &sheet) {
+    const FaceSums &sums = sheet.sums;
+    return sheet.patches > 1 && sums.agreeing == sums.against && std::fabs(sheet.majority) <= kTie * sums.area;
+}
+
+// [sheets]: of those that are tied, the face whose corners come first in space. One pass for all of them.
+std::vector<std::uint32_t> first_faces(const Surface &surface, const Windings &mesh) {
+    std::vector<std::uint32_t> faces(mesh.sheets.size());
+    for (std::size_t i = 0; i < faces.size(); ++i)
+        faces[i] = mesh.sheets[i].face;
+    if (std::none_of(mesh.sheets.begin(), mesh.sheets.end(), is_tied))
+        return faces;
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i)
+        if (const std::uint32_t sheet = mesh.sheet_of_face(i);
+            is_tied(mesh.sheets[sheet]) && places_of(surface, i) < places_of(surface, faces[sheet]))
+            faces[sheet] = static_cast<std::uint32_t>(i);
+    return faces;
 }
 
 // Gives sheets of several patches the sign with which most given normals agree, else that of most of their area.
 void choose_signs(const Surface &surface, Windings &mesh) {
     std::vector<std::uint8_t> changes(mesh.sheets.size());
+    const std::vector<std::uint32_t> first = first_faces(surface, mesh);
     for (std::uint32_t i = 0; i < mesh.sheets.size(); ++i) {
         WoundSheet &sheet = mesh.sheets[i];
         FaceSums &sums = sheet.sums;
         if (sheet.patches == 1)
             continue;
-        const bool change = sums.agreeing != sums.against                  ? sums.agreeing < sums.against
-                            : std::fabs(sheet.majority) > kTie * sums.area ? sheet.majority < 0
-                                                                           : first_face_is_opposite(surface, mesh, i);
+        const bool change = is_tied(sheet)                  ? mesh.opposite[mesh.joins.patches[first[i]]] != 0
+                            : sums.agreeing != sums.against ? sums.agreeing < sums.against
+                                                            : sheet.majority < 0;
         if (!change)
             continue;
         changes[i] = 1;
