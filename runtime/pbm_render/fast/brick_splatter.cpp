@@ -191,7 +191,8 @@ HWY_INLINE bool is_visible(const Blocks<kEdge> &blocks, std::size_t i, std::uint
                    second = hn::BitCast(d64, hn::InterleaveUpper(du32, ids, z));
         // Of a row of three pixels, the fourth number is the third: it is compared with the pixel beside it, too.
         const double *const after = kEdge == 2 ? upper + stride : upper + 2;
-        nearer = hn::Or(nearer, hn::Or(hn::Lt(first, hn::LoadU(d64, upper)), hn::Lt(second, hn::LoadU(d64, after))));
+        nearer = hn::Or(nearer, hn::Or(is_less_double(first, hn::LoadU(d64, upper)),
+                                       is_less_double(second, hn::LoadU(d64, after))));
         upper += stride;
     }
     return !hn::AllFalse(d64, nearer);
@@ -328,9 +329,11 @@ std::uint64_t draw_bricks(const FrameGeometry &frame, const StripBricks &list, D
             backs.farthest.begin(strip);
             draw_waiting(frame, scratch, backs.waiting, strip);
         }
-        const auto other = std::find_if(left.begin(), left.end(), [&](const auto &brick) {
-            return brick.run != number || brick.only_backs != only_backs;
-        });
+        // clang 14 captures no structured bindings.
+        const auto is_other = [run = number, backs_alone = only_backs](const StripBricks::Brick &brick) {
+            return brick.run != run || brick.only_backs != backs_alone;
+        };
+        const auto other = std::find_if(left.begin(), left.end(), is_other);
         const auto of_run = left.first(static_cast<std::size_t>(other - left.begin()));
         left = left.subspan(of_run.size());
         const StripBricks::Run &run = list.run(number);
