@@ -66,8 +66,8 @@ export interface Camera {
     clipPlane?: { point: Vector; normal: Vector };
     /** Cuts the model open: what lies inside is kept. */
     clipBox?: { lowest: Vector; highest: Vector };
-    /** Whether points that face away from the eye are drawn. Default: "auto", unless the file says that its surface is
-     *  closed. Without backs, rooms are seen into from outside. */
+    /** Whether points that face away from the eye are drawn. "auto" (default): unless the file says that its surface is
+     *  closed. "hide": rooms are seen into from outside. */
     backs?: "auto" | "show" | "hide";
 }
 

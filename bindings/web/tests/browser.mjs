@@ -20,7 +20,8 @@ export const programs = resolve(process.env.PBM_PROGRAMS ?? join(root, "build/re
 //                        that is not there; and from where the viewer comes
 export async function start({ models = [], ...options } = {}) {
     const scratch = mkdtempSync(join(tmpdir(), "pbm-browser-"));
-    const server = await startServer([scratch, package_, join(golden, "1.0"), join(golden, "1.1"), ...models], options);
+    const versions = ["1.0", "1.1", "1.2"].map((version) => join(golden, version));
+    const server = await startServer([scratch, package_, ...versions, ...models], options);
     const browser = await chromium.launch({
         executablePath: process.env.PBM_CHROMIUM ?? "/usr/bin/chromium",
         args: ["--no-sandbox"],

@@ -25,6 +25,13 @@ async function withPage(body, options, check) {
     }
 }
 const orbit = (page) => page.evaluate(() => ({ ...viewer.getCameraOrbit(), toString: undefined }));
+// The picture of pbm-render of a golden model, as pictureOf gives it.
+async function expectedOf(page, name, options) {
+    const png = join(tests.scratch, "expected.png");
+    const size = ["--resolution", "320,240"];
+    execFileSync(join(programs, "pbm-render"), [join(golden, `${name}.pbvg`), "-o", png, ...size, ...options, "--quiet"]);
+    return pictureOf(page, readFileSync(png));
+}
 const heard = (page, name) => page.evaluate((name) => heard.filter(({ event }) => event === name), name);
 
 describe("pictures have the bytes of pbm-render", () => {
@@ -40,25 +47,42 @@ describe("pictures have the bytes of pbm-render", () => {
         "1.0/two-sided",
         "1.1/depth-16",
         "1.1/scan-fields",
+        "1.2/scan-closed",
     ];
     for (const [i, name] of models.entries()) {
         test(name, async () => {
             const quality = i % 2 ? "fast" : "fine";
-            const png = join(tests.scratch, "expected.png");
-            execFileSync(join(programs, "pbm-render"), [
-                join(golden, `${name}.pbvg`),
-                "-o",
-                png,
-                "--resolution",
-                "320,240",
-                "--quality",
-                quality,
-                "--quiet",
-            ]);
             const body = `<pbm-viewer id="viewer" src="${name.slice(4)}.pbvg" background="rgb(51, 51, 51)" quality="${quality}">`;
             await withPage(body, {}, async (page) =>
-                sameBytes(await pictureOf(page), await pictureOf(page, readFileSync(png))),
+                sameBytes(await pictureOf(page), await expectedOf(page, name, ["--quality", quality])),
             );
+        });
+    }
+    // Whatever else an attribute says is the default.
+    for (const [name, attribute, values] of [
+        ["1.0/colour-565", "backs", { show: ["show"], hide: ["hide"], none: [], auto: ["auto"] }],
+        ["1.2/scan-closed", "backs", { show: ["show"], hide: ["hide"], "": [] }],
+        ["1.0/scan-everything", "light-follows", { eye: ["eye"], sun: [], model: ["model"] }],
+    ]) {
+        test(`with the attribute ${attribute}, of ${name}`, async () => {
+            const body = `<pbm-viewer id="viewer" src="${name.slice(4)}.pbvg" background="#333" quality="fast">`;
+            await withPage(body, {}, async (page) => {
+                const usual = await pictureOf(page);
+                let changes = 0;
+                for (const [value, words] of Object.entries(values)) {
+                    await page.evaluate(([name, value]) => viewer.setAttribute(name, value), [attribute, value]);
+                    await atRest(page);
+                    const picture = await pictureOf(page);
+                    const option = words.flatMap((word) => [`--${attribute}`, word]);
+                    sameBytes(picture, await expectedOf(page, name, ["--quality", "fast", ...option]));
+                    changes += picture.pixels.equals(usual.pixels) ? 0 : 1;
+                }
+                assert.equal(changes, 1, "one of the values changes the picture");
+                await page.evaluate((name) => viewer.removeAttribute(name), attribute);
+                await atRest(page);
+                sameBytes(await pictureOf(page), usual);
+                assert.deepEqual(await heard(page, "error"), []);
+            });
         });
     }
     test("what is on the screen is the picture, to the pixel", () =>
@@ -299,7 +323,7 @@ describe("the page", () => {
             ]);
             const names = await page.evaluate(() => {
                 const texts =
-                    "alt poster quality cameraOrbit cameraTarget fieldOfView background lightFollows loading reveal touchAction";
+                    "alt poster quality backs cameraOrbit cameraTarget fieldOfView background lightFollows loading reveal touchAction";
                 const given = {
                     ...Object.fromEntries(texts.split(" ").map((name) => [name, "auto"])),
                     background: "#333",
@@ -315,7 +339,7 @@ describe("the page", () => {
                 return { wrong, names, left: viewer.getAttributeNames() };
             });
             const others = ["auto-rotate", "disable-zoom", "id", "max-memory", "src"];
-            const texts = ["alt", "background", "camera-orbit", "camera-target", "field-of-view", "light-follows"];
+            const texts = ["alt", "background", "backs", "camera-orbit", "camera-target", "field-of-view", "light-follows"];
             const words = ["loading", "poster", "quality", "reveal", "touch-action"];
             assert.deepEqual(names.wrong, []);
             assert.deepEqual(names.names.sort(), [...others, ...texts, ...words].sort());

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import path from "node:path";
 import { test } from "node:test";
-import { bytesOf, countDifferences, loadPbm, modelsOf, renderNatively, SOURCE } from "./native.mjs";
+import { ATTRIBUTES, bytesOf, countDifferences, loadPbm, modelsOf, renderNatively, SOURCE } from "./native.mjs";
 
 const WIDTH = 161,
     HEIGHT = 90; // no multiple of a vector
@@ -92,6 +92,43 @@ test("cameras that cut and that are orthographic", () => {
             native.join(" "),
         );
     model.close();
+});
+
+// From behind: lights that stay where they are in the first view leave this side dark.
+for (const [name, changes, options, native] of [
+    ["1.0/scan-plain", { backs: "hide" }, {}, ["--backs", "hide"]],
+    ["1.2/scan-closed", { backs: "show" }, {}, ["--backs", "show"]],
+    ["1.0/scan-plain", {}, { lightFollows: "model" }, ["--light-follows", "model"]],
+])
+    for (const quality of ["fast", "fine"])
+        test(`the ${quality} picture of ${name} with ${native.join(" ")} from behind`, () => {
+            const file = path.join(SOURCE, `format_spec/golden/${name}.pbvg`),
+                bytes = bytesOf(file);
+            for (const pbm of LIBRARIES) {
+                const model = pbm.openBytes(bytes),
+                    first = model.defaultCamera(WIDTH, HEIGHT);
+                const position = first.focalPoint.map((middle, axis) => 2 * middle - first.position[axis]),
+                    camera = { ...first, position, ...changes };
+                const draw = (more) => model.render({ width: WIDTH, height: HEIGHT, quality, depths: true, ...more }),
+                    usual = draw({ camera: { ...camera, backs: "auto" } }).pixels.slice();
+                const drawn = draw({ camera, ...options });
+                assert.notEqual(countDifferences(drawn.pixels, usual), 0, "the option changes nothing");
+                assertSame(
+                    drawn,
+                    renderNatively(file, camera, WIDTH, HEIGHT, ["--quality", quality, ...native]),
+                    `${pbm.threads} threads`,
+                );
+                model.close();
+            }
+        });
+
+test("only files of version 1.2 say that their surface is closed", () => {
+    for (const file of golden) {
+        const model = LIBRARIES[0].openBytes(bytesOf(file));
+        const isClosed = (model.info().attributes & ATTRIBUTES.CLOSED) !== 0;
+        assert.equal(isClosed, path.basename(path.dirname(file)) === "1.2", file);
+        model.close();
+    }
 });
 
 for (const pbm of LIBRARIES) {

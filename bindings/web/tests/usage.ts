@@ -15,8 +15,12 @@ Object.assign(viewer, { src: "lion.pbvg", alt: null });
 viewer.cameraOrbit = "30deg auto 105%";
 viewer.maxMemory = 512;
 viewer.autoRotate = viewer.quality !== "fast";
+viewer.backs = "hide";
+viewer.lightFollows = null;
 // @ts-expect-error
 viewer.quality = "best";
+// @ts-expect-error
+viewer.backs = "none";
 // @ts-expect-error
 viewer.setCamera({ orbit: 7 });
 // @ts-expect-error

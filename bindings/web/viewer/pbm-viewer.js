@@ -20,6 +20,8 @@ const LONGEST_TICK = 50; // ms that a view glides or turns on at once
 const ZOOM_PAUSE = 400; // ms without zooming after which another zoom begins
 const ZOOM_DISTANCE = 12; // CSS pixels, the same
 const FAILURES_TOLD = 3; // in a row, before a network failure is an error event
+const BACKS = ["auto", "show", "hide"];
+const LIGHT_FOLLOWS = ["default", "eye", "model"];
 
 class PbmViewer extends HTMLElement {
     static observedAttributes = (
@@ -528,8 +530,8 @@ class PbmViewer extends HTMLElement {
             moving,
             background: colour(this.getAttribute("background") ?? "transparent"),
             quality: this.getAttribute("quality") ?? "auto",
-            backs: this.getAttribute("backs") ?? "auto",
-            lightFollows: lightFollowsOf(this.getAttribute("light-follows")),
+            backs: wordOf(this.getAttribute("backs"), BACKS),
+            lightFollows: wordOf(this.getAttribute("light-follows"), LIGHT_FOLLOWS),
             hotspots: this.#hotspots.places,
         });
     }
@@ -544,9 +546,9 @@ function fault(code, name, message) {
     return { code, name, offset: null, rule: "", message };
 }
 
-// Whatever else the attribute says is the default.
-function lightFollowsOf(text) {
-    return text === "eye" || text === "model" ? text : "default";
+// Whatever else an attribute says is the first word, the default.
+function wordOf(text, words) {
+    return words.includes(text) ? text : words[0];
 }
 
 function isMotionReduced() {
