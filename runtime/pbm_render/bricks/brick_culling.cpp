@@ -29,8 +29,6 @@ inline constexpr float kNearEye = 8;
 inline constexpr float kBlockRoom = 0.8F;
 // Blocks of splats that are smaller by this factor leave no gap without redundant points.
 inline constexpr float kThinRoom = 1.12F;
-// Cosine of half the angle of a normal cone, in 1/32767, beyond which a brick is flat: 0.94.
-inline constexpr std::int32_t kFlatCone = 30800;
 // Grid edges. Floats hold the places of bricks relative to eyes up to this far from the cube, else to its middle.
 inline constexpr float kFarEye = 100;
 // Pixels. Voxels up to this width are drawn as blocks of 2 x 2 pixels, larger ones as blocks of 3 x 3 pixels; either
@@ -48,7 +46,7 @@ struct SeenLanes {
     std::array<float, kLaneNumbers.size()> u, v, w;
     std::array<std::int32_t, kLaneNumbers.size()> top, bottom;
     // Block, and these bits.
-    static constexpr std::int32_t kFacesEye = 256, kThin = 512, kHasFronts = 1024, kHasBacks = 2048, kFlatBack = 4096;
+    static constexpr std::int32_t kFacesEye = 256, kThin = 512, kHasFronts = 1024, kHasBacks = 2048, kFacesAway = 4096;
     std::array<std::int32_t, kLaneNumbers.size()> kind;
 };
 
@@ -167,9 +165,9 @@ HWY_INLINE unsigned see_bricks(const RunGeometry &geometry, const FrameGeometry 
     IntVector sides = when(hn::Not(only_backs), SeenLanes::kHasFronts);
     if (frame.shows_backs) {
         const Mask only_fronts = hn::And(bounded, faces_away(bricks.cone_cosine, centre, hn::Neg(along), reach, 0));
-        const Mask is_flat = hn::RebindMask(d, hn::Gt(bricks.cone_cosine, hn::Set(di, kFlatCone)));
+        const Mask all_away = hn::And(bounded, faces_away(bricks.cone_cosine, centre, along, reach, 0));
         sides = hn::Or(sides, when(hn::Not(only_fronts), SeenLanes::kHasBacks));
-        sides = hn::Or(sides, when(hn::And(hn::And(has_cone, is_flat), hn::Gt(along, zero)), SeenLanes::kFlatBack));
+        sides = hn::Or(sides, when(all_away, SeenLanes::kFacesAway));
     } else {
         seen = hn::AndNot(only_backs, seen);
     }
@@ -243,7 +241,7 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
                           .faces_eye = (kind & SeenLanes::kFacesEye) != 0,
                           .has_fronts = (kind & SeenLanes::kHasFronts) != 0,
                           .has_backs = (kind & SeenLanes::kHasBacks) != 0,
-                          .is_flat_back = (kind & SeenLanes::kFlatBack) != 0,
+                          .faces_away = (kind & SeenLanes::kFacesAway) != 0,
                           .block = static_cast<std::uint8_t>(kind & 3),
                           .thin = (kind & SeenLanes::kThin) != 0 && !is_cut,
                           .is_cut = is_cut};

@@ -20,7 +20,7 @@ struct SeenBrick {
     bool faces_eye;           // the axis of its normal cone faces the eye; or the eye is near
     bool has_fronts;          // some of its points may face the eye
     bool has_backs;           // some of its points may face away, and backs are shown
-    bool is_flat_back;        // it is flat and seen from behind: kFacingSlack does not make fronts of its points
+    bool faces_away;          // all its points do, and backs are shown: kFacingSlack makes no fronts of them
     std::uint8_t block;       // its splats are drawn as blocks of so many pixels each way, 2 or 3; 0: as ellipses
     bool thin;                // splats are so small that redundant points (surface_offsets.h) may be left out
     bool is_cut;              // some of its points may lie outside of the camera's clip region

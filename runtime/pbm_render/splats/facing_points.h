@@ -217,7 +217,7 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
     constexpr float kNowhere = std::numeric_limits<float>::infinity();
     const Vector home_top = set(strip.top == 0 ? -kNowhere : static_cast<float>(strip.top));
     const Vector home_bottom = set(strip.bottom == frame.height ? kNowhere : static_cast<float>(strip.bottom));
-    const float slack = kBacks && brick.is_flat_back ? 0 : kFacingSlack;
+    const float slack = kBacks && brick.faces_away ? 0 : kFacingSlack;
     std::size_t at_home = 0, fronts = !kBacks || to.fronts != nullptr ? to.fronts->count : 0;
     [[maybe_unused]] std::size_t backs = kBacks ? to.backs->count : 0;
     for (std::size_t i = points.begin; i < points.end; i += lanes) {

@@ -131,7 +131,7 @@ TEST(CApiInfo, DescribesTheModel) {
     const pbm_info info = info_of(ball.get());
     EXPECT_EQ(info.depth, 6);
     EXPECT_GT(info.points, 1000U);
-    EXPECT_EQ(info.attributes, static_cast<std::uint32_t>(PBM_HAS_COLOURS));
+    EXPECT_EQ(info.attributes, static_cast<std::uint32_t>(PBM_HAS_COLOURS) | PBM_IS_CLOSED);
     EXPECT_STREQ(info.unit, "mm");
     EXPECT_STREQ(info.up, "+y");
     EXPECT_NE(std::string(info.metadata).find("a ball"), std::string::npos);

@@ -17,8 +17,8 @@
 
 namespace pbm::test {
 
-// Closed: centre (0, -1, -2), radius 0.9, in a cube of edge 2. Attributes vary slowly, so that neighbouring points give nearly
-// the same colour. One point in `two_sided_every` is two-sided.
+// Closed: centre (0, -1, -2), radius 0.9, in a cube of edge 2. Attributes vary slowly, so that neighbouring points give
+// nearly the same colour. One point in `two_sided_every` is two-sided.
 inline Model smooth_ball(int depth, const AttributeSet &set, std::size_t two_sided_every = 1000000) {
     Model model = sphere_model(depth, set);
     model.parameters.closed = true;

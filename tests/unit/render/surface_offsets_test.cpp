@@ -201,7 +201,7 @@ std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std:
                         .faces_eye = faces_eye,
                         .has_fronts = true,
                         .has_backs = false,
-                        .is_flat_back = false,
+                        .faces_away = false,
                         .block = 2,
                         .thin = false,
                         .is_cut = false});
