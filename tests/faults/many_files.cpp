@@ -46,7 +46,9 @@ void open_many_files(const Options &options, Tally &tally) {
         files.emplace_back(vectors + "valid/" + golden.name + ".pbvg", true);
     for (const Golden &broken : broken_vectors())
         files.emplace_back(vectors + "invalid/" + broken.name + ".pbvg", false);
-    const std::uint64_t rounds = options.complete ? 100'000 : 3'000, warm_up = 2 * files.size();
+    // Whole turns through the files: what a thread keeps for the next file is then the same at both ends.
+    const std::uint64_t warm_up = 2 * files.size(), asked = options.complete ? 100'000 : 3'000,
+                        rounds = (asked + files.size() - 1) / files.size() * files.size();
     std::uint64_t resident = 0, descriptors = 0, live = 0;
     for (std::uint64_t round = 0; round < warm_up + rounds; ++round) {
         if (round == warm_up) {

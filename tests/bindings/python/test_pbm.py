@@ -51,7 +51,7 @@ class Reading(Case):
             info = model.info
             self.assertEqual((info.depth, info.unit, info.materials, info.lights), (6, "mm", 1, 0))
             self.assertEqual(info.points, self.report.figures["points"])
-            self.assertEqual(info.attributes, {"colours"})
+            self.assertEqual(info.attributes, {"colours", "closed"})
             self.assertEqual([(f.name, f.unit, f.average) for f in info.fields], [("height", "mm", "mean")])
             self.assertTrue(np.allclose((info.lowest + info.highest) / 2, [10, 20, 30], atol=0.1))
             self.assertIsInstance(info.metadata, dict)
