@@ -61,13 +61,10 @@ const std::string &word_of(const std::vector<std::pair<std::string, Value>> &cho
 
 void add_look_options(CommandLine &line, ViewOptions &options) {
     line.topic = "Look";
-    command_line::add_choice(line, "--quality", "quality", kQualities, options.look.quality,
-                             "fast: one colour a point; fine: points blended, every pixel shaded, several samples, in "
-                             "a window when the view rests; auto (default): fine, but videos and --bench fast");
     command_line::add_choice(
-        line, "--backs", "choice", kBacks, options.backs,
-        "Draw points that face away from the eye; hide: one sees into rooms from outside; auto (default): "
-        "show, unless the file says that its surface is closed");
+        line, "--quality", "quality", kQualities, options.look.quality,
+        "fast: one colour a point; fine: points blended, several samples; auto (default): fine, but fast where "
+        "pictures move");
     line.add("--samples", "Of a pixel of fine pictures", &options.look.samples,
              {.check = Integers{1, kMaxSamples}, .shows_default = true});
     line.add("--level", "Finest detail level to draw; default, and above the depth: the finest there is",
@@ -91,23 +88,24 @@ void add_shading_options(CommandLine &line, LookOptions &look) {
     line.add("--texture,!--no-texture", "Colours of the file's marble or wood; default on", &render.texture);
     line.add("--ignore-point-colours,--ignore-point-colors", "Draw points in the colour of their material",
              [&render] { render.point_colours = false; });
-    line.add("--shadows,!--no-shadows", "Shadows baked into the file; default on", &render.shadows);
     line.add("--panorama,!--no-panorama", "The file's panorama behind everything; default on", &render.panorama);
     line.add("--ground,!--no-ground", "The file's ground plane; default on", &render.ground);
     line.add("--reflections,!--no-reflections", "Of the panorama, where a material asks for it; default on",
              &render.reflections);
-    command_line::add_choice(line, "--light-follows", "light", kLightsFollow, look.lights_follow,
-                             "eye: lights turn with the camera and cast no shadows; model: they stay where they are; "
-                             "default: those of the file stay, and a file without lights is lit from beside the eye");
-    line.add("--headlight",
-             "One light that follows the camera in place of the file's, degrees to the right of the eye and above it; "
-             "0,0: from the eye",
-             stored(parse_headlight, look.headlight), {.type = "RIGHT,UP"});
     command_line::add_choice(line, "--depth-cue", "depth cue", kDepthCues, look.depth_cue,
                              "Shade by depth alone, for scans without colours; default none");
     line.add("--legend,!--no-legend", "Of the colours of --colour-by; default on", &look.legend);
     line.add("--background-color,--background-colour", "sRGB, each 0..1; default 0.2,0.2,0.2",
              stored(parse_colour, render.background), {.type = "R,G,B"});
+    line.topic = "Light";
+    line.add("--shadows,!--no-shadows", "Shadows baked into the file; default on", &render.shadows);
+    command_line::add_choice(
+        line, "--light-follows", "light", kLightsFollow, look.lights_follow,
+        "eye: lights turn with the camera and cast no shadows; model: they stay; default: those of the file "
+        "stay, the default ones turn");
+    line.add("--headlight",
+             "One light that follows the camera in place of all others, degrees to the right of the eye and above it",
+             stored(parse_headlight, look.headlight), {.type = "RIGHT,UP"});
 }
 
 } // namespace
@@ -143,6 +141,11 @@ void add_view_options(CommandLine &line, ViewOptions &options) {
     line.add("--clip-box", "Show what lies between two corners", stored(parse_clip_box, options.clip.box),
              {.type = "X,Y,Z,X,Y,Z"});
     add_look_options(line, options);
+    line.topic = "Shading";
+    command_line::add_choice(
+        line, "--backs", "choice", kBacks, options.backs,
+        "Draw points that face away; hide: one sees into rooms; auto (default): unless the file says that its "
+        "surface is closed");
     add_shading_options(line, options.look);
     line.topic = "Options";
     command_line::add_max_memory(line, options.load.max_memory);
