@@ -18,7 +18,7 @@ bool FarthestDepths::hide(const SeenBrick &brick) {
         return true;
     for (int tile_y = top / kRows; tile_y * kRows < bottom; ++tile_y)
         for (int tile_x = brick.left / kColumns; tile_x * kColumns < brick.right; ++tile_x) {
-            float &farthest = depths_[static_cast<std::size_t>(tile_y * tiles_across_ + tile_x)];
+            float &farthest = depths_[static_cast<std::size_t>(std::ptrdiff_t{tile_y} * tiles_across_ + tile_x)];
             if (farthest == kUnknown)
                 farthest = read(tile_x, tile_y);
             if (farthest >= brick.nearest)

@@ -27,8 +27,7 @@ std::array<int, 2> range_of(float across, float depth, float radius, float focal
 } // namespace
 
 PixelBox bounds_of(const NearSplat &splat, const FrameGeometry &frame, const PixelBox &picture) {
-    const auto [x, y, depth] = splat.centre;
-    const float radius = kNearReach * splat.radius;
+    const float x = splat.centre[0], y = splat.centre[1], depth = splat.centre[2], radius = kNearReach * splat.radius;
     const auto is_beside = [&](float across,
                                float middle) { // beyond the plane through the eye and the picture's border
         return frame.focal * std::abs(across) - middle * depth >

@@ -83,7 +83,7 @@ const DrawnModel &bowl() {
 }
 
 bool is_drawn(const Framebuffer &picture, int x, int y) {
-    return picture.depth[static_cast<std::size_t>(y * picture.width + x)] < kEmpty;
+    return picture.depth[static_cast<std::size_t>(std::ptrdiff_t{y} * picture.width + x)] < kEmpty;
 }
 
 bool has_neighbour(const Framebuffer &picture, int x, int y) {
