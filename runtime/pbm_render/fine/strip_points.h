@@ -39,7 +39,6 @@ class StripPoints {
         return block;
     }
     std::span<const std::unique_ptr<Block>> blocks() const { return std::span(blocks_).first(used_); }
-    bool are_backs() const { return are_backs_; }
 
   private:
     bool are_backs_;
