@@ -19,15 +19,6 @@ template <class V> HWY_INLINE V lesser_doubles(V a, V b) {
 #endif
 }
 
-// Whether the double of `a` is the lesser one, in each lane. Highway lacks this for doubles on WebAssembly.
-template <class V> HWY_INLINE auto is_less_double(V a, V b) {
-#if HWY_TARGET == HWY_WASM
-    return hwy::HWY_NAMESPACE::MaskFromVec(V{wasm_f64x2_lt(a.raw, b.raw)});
-#else
-    return hwy::HWY_NAMESPACE::Lt(a, b);
-#endif
-}
-
 // The largest byte. Highway lacks this for bytes on WebAssembly.
 template <class D> HWY_INLINE std::uint8_t largest_byte([[maybe_unused]] D d, hwy::HWY_NAMESPACE::VFromD<D> v) {
 #if HWY_TARGET == HWY_WASM

@@ -200,9 +200,7 @@ HWY_INLINE unsigned see_bricks(const RunGeometry &geometry, const FrameGeometry 
     hn::StoreU(project(centre.y, frame.middle_y, first.y), d, to.v.data());
     hn::StoreU(hn::Add(centre.z, set(first.z)), d, to.w.data());
     seen = hn::And(seen, hn::RebindMask(d, hn::Lt(top_row, bottom_row)));
-    std::array<std::uint8_t, 8> bits{};
-    const std::size_t bytes = hn::StoreMaskBits(d, seen, bits.data());
-    return unsigned{bits[0]} | (bytes > 1 ? unsigned{bits[1]} << 8 : 0U);
+    return mask_bits(seen);
 }
 
 // How the centres of a brick's voxels lie to the camera's clip region.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <limits>
 #include <utility>
 
@@ -88,10 +89,11 @@ HWY_INLINE void draw_block(const Blocks<kEdge> &blocks, std::size_t i, std::uint
     }
 }
 
-// Computes the blocks of a vector of points from `first` on. Lanes behind the last point get unused blocks.
-template <int kEdge, bool kPlaced>
-HWY_INLINE void project_blocks(const StripRun &at, const FacingPoints &points, std::size_t first,
-                               Blocks<kEdge> &blocks) {
+// Computes the blocks of a vector of points from `first` on. Lanes behind the last point get unused blocks. kBacks:
+// returns a bit for each block that is as near at a pixel as what is drawn there; others need not be computed.
+template <int kEdge, bool kPlaced, bool kBacks>
+HWY_INLINE unsigned project_blocks(const StripRun &at, const FacingPoints &points, std::size_t first,
+                                   Blocks<kEdge> &blocks) {
     const FrameGeometry &frame = at.frame;
     const DepthStrip &strip = at.strip;
     const float voxel_edge = at.run.voxel;
@@ -126,8 +128,7 @@ HWY_INLINE void project_blocks(const StripRun &at, const FacingPoints &points, s
         hn::Add(hn::Add(hn::ConvertTo(di, column), hn::Set(di, DepthStrip::kMarginLeft)),
                 hn::Mul(hn::Sub(hn::ConvertTo(di, row), hn::Set(di, strip.top - DepthStrip::kMarginRows)),
                         hn::Set(di, strip.stride)));
-    hn::Store(hn::IfThenElse(hn::RebindMask(di, visible), offset, hn::Set(di, strip.unseen())), di,
-              blocks.offset.data() + first);
+    const IntVector used = hn::IfThenElse(hn::RebindMask(di, visible), offset, hn::Set(di, strip.unseen()));
     // From the middle of the splat to the centres of the pixels.
     const Vector left = hn::Sub(hn::Add(column, half), at_x), upper = hn::Sub(hn::Add(row, half), at_y);
     std::array<std::array<Vector, kEdge>, kEdge> depths; // [row][column]
@@ -163,6 +164,22 @@ HWY_INLINE void project_blocks(const StripRun &at, const FacingPoints &points, s
             if constexpr (kIsCut)
                 depth = hn::IfThenElse(hn::Le(form, reach2), depth, set(std::numeric_limits<float>::infinity()));
         }
+    Mask nearer = visible;
+    if constexpr (kBacks) {
+        // The upper halves of the pixels are depths.
+        const auto *const drawn = reinterpret_cast<const float *>(strip.pixels.data()) + 1;
+        Mask any = hn::FirstN(d, 0);
+        for (std::size_t y = 0; y < kEdge; ++y)
+            for (std::size_t x = 0; x < kEdge; ++x) {
+                const auto to_pixel = static_cast<std::int32_t>(y) * strip.stride + static_cast<std::int32_t>(x);
+                const IntVector pixel = hn::ShiftLeft<1>(hn::Add(used, hn::Set(di, to_pixel)));
+                any = hn::Or(any, hn::Le(depths[y][x], hn::GatherIndex(d, drawn, pixel)));
+            }
+        nearer = hn::And(nearer, any);
+        if (hn::AllFalse(d, nearer))
+            return 0;
+    }
+    hn::Store(used, di, blocks.offset.data() + first);
     if constexpr (kEdge == 2)
         hn::StoreInterleaved4(depths[0][0], depths[0][1], depths[1][0], depths[1][1], d,
                               blocks.depths[0].data() + 4 * first);
@@ -170,47 +187,30 @@ HWY_INLINE void project_blocks(const StripRun &at, const FacingPoints &points, s
         for (std::size_t y = 0; y < kEdge; ++y)
             hn::StoreInterleaved4(depths[y][0], depths[y][1], depths[y][2], depths[y][2], d,
                                   blocks.depths[y].data() + 4 * first);
+    return kBacks ? mask_bits(nearer) : 0;
 }
 
-// Whether a pixel of block number `i` is nearer than what is drawn there.
-template <int kEdge>
-HWY_INLINE bool is_visible(const Blocks<kEdge> &blocks, std::size_t i, std::uint32_t id, const double *upper,
-                           std::ptrdiff_t stride) {
-#if HWY_TARGET == HWY_SCALAR
-    (void)blocks, (void)i, (void)id, (void)upper, (void)stride;
-    return true;
-#else
-    const hn::FixedTag<float, 4> d32;
-    const hn::FixedTag<double, 2> d64;
-    const hn::FixedTag<std::uint32_t, 4> du32;
-    const auto ids = hn::Set(du32, id);
-    auto nearer = hn::FirstN(d64, 0);
-    for (std::size_t part = 0; part < blocks.depths.size(); ++part) {
-        const auto z = hn::BitCast(du32, hn::Load(d32, blocks.depths[part].data() + 4 * i));
-        const auto first = hn::BitCast(d64, hn::InterleaveLower(du32, ids, z)),
-                   second = hn::BitCast(d64, hn::InterleaveUpper(du32, ids, z));
-        // Of a row of three pixels, the fourth number is the third: it is compared with the pixel beside it, too.
-        const double *const after = kEdge == 2 ? upper + stride : upper + 2;
-        nearer = hn::Or(nearer, hn::Or(is_less_double(first, hn::LoadU(d64, upper)),
-                                       is_less_double(second, hn::LoadU(d64, after))));
-        upper += stride;
-    }
-    return !hn::AllFalse(d64, nearer);
-#endif
-}
-
-// Draws all points as blocks. All blocks are computed before the first is drawn, so that latencies overlap. Most backs
-// are hidden: to see that costs less than to draw them.
-template <bool kPlaced, bool kBacks, int kEdge>
+// Draws all points as blocks. All blocks are computed before the first is drawn, so that latencies overlap.
+template <bool kPlaced, int kEdge>
 HWY_INLINE void draw_blocks(const StripRun &at, Blocks<kEdge> &blocks, FacingPoints &points, DepthStrip &strip) {
     for (std::size_t i = 0; i < points.count; i += hn::Lanes(Floats()))
-        project_blocks<kEdge, kPlaced>(at, points, i, blocks);
-    for (std::size_t i = 0; i < points.count; ++i) {
-        const auto id = static_cast<std::uint32_t>(points.id[i]);
-        double *const upper = strip.pixels.data() + blocks.offset[i];
-        if (!kBacks || is_visible(blocks, i, id, upper, strip.stride))
-            draw_block(blocks, i, id, upper, strip.stride);
-    }
+        project_blocks<kEdge, kPlaced, false>(at, points, i, blocks);
+    for (std::size_t i = 0; i < points.count; ++i)
+        draw_block(blocks, i, static_cast<std::uint32_t>(points.id[i]), strip.pixels.data() + blocks.offset[i],
+                   strip.stride);
+    points.count = 0;
+}
+
+// The same for backs: most of them are hidden.
+template <bool kPlaced, int kEdge>
+HWY_INLINE void draw_back_blocks(const StripRun &at, Blocks<kEdge> &blocks, FacingPoints &points, DepthStrip &strip) {
+    for (std::size_t first = 0; first < points.count; first += hn::Lanes(Floats()))
+        for (unsigned bits = project_blocks<kEdge, kPlaced, true>(at, points, first, blocks); bits != 0;
+             bits &= bits - 1) {
+            const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(bits));
+            draw_block(blocks, i, static_cast<std::uint32_t>(points.id[i]), strip.pixels.data() + blocks.offset[i],
+                       strip.stride);
+        }
     points.count = 0;
 }
 
@@ -257,15 +257,26 @@ struct SplatScratch {
 };
 
 // Draws points of bricks of one kind, see SeenBrick::block.
-template <bool kPlaced, bool kBacks>
+template <bool kPlaced>
 HWY_INLINE void draw_points(const StripRun &at, int block, SplatScratch &scratch, FacingPoints &points,
                             DepthStrip &strip) {
     if (block == 0)
         draw_ellipses<kPlaced>(at, points, strip);
     else if (block == 2)
-        draw_blocks<kPlaced, kBacks>(at, scratch.small_blocks, points, strip);
+        draw_blocks<kPlaced>(at, scratch.small_blocks, points, strip);
     else
-        draw_blocks<kPlaced, kBacks>(at, scratch.blocks, points, strip);
+        draw_blocks<kPlaced>(at, scratch.blocks, points, strip);
+}
+
+template <bool kPlaced>
+HWY_INLINE void draw_backs(const StripRun &at, int block, SplatScratch &scratch, FacingPoints &points,
+                           DepthStrip &strip) {
+    if (block == 0)
+        draw_ellipses<kPlaced>(at, points, strip);
+    else if (block == 2)
+        draw_back_blocks<kPlaced>(at, scratch.small_blocks, points, strip);
+    else
+        draw_back_blocks<kPlaced>(at, scratch.blocks, points, strip);
 }
 
 // Draws the backs that wait.
@@ -273,9 +284,9 @@ void draw_waiting(const FrameGeometry &frame, SplatScratch &scratch, WaitingBack
     for (const std::unique_ptr<WaitingBacks::Group> &group : waiting.groups()) {
         const StripRun at{frame, *group->run, strip};
         if (group->run->run->offsets != nullptr)
-            draw_points<true, true>(at, group->block, scratch, group->points, strip);
+            draw_backs<true>(at, group->block, scratch, group->points, strip);
         else
-            draw_points<false, true>(at, group->block, scratch, group->points, strip);
+            draw_backs<false>(at, group->block, scratch, group->points, strip);
     }
     waiting.clear();
 }
@@ -308,13 +319,13 @@ HWY_INLINE std::uint64_t draw_all(const StripRun &at, std::span<const SeenBrick>
         else
             drawn += add_brick_of_kind<3, kPlaced>(at, it, first_id, to);
         if (fronts.count >= kWaiting)
-            draw_points<kPlaced, false>(at, it.block, scratch, fronts, strip);
+            draw_points<kPlaced>(at, it.block, scratch, fronts, strip);
         if (only_backs && waiting->count >= kWaiting)
             draw_waiting(at.frame, scratch, backs.waiting, strip);
     }
-    draw_points<kPlaced, false>(at, 0, scratch, scratch.large, strip);
-    draw_points<kPlaced, false>(at, 2, scratch, scratch.small, strip);
-    draw_points<kPlaced, false>(at, 3, scratch, scratch.middling, strip);
+    draw_points<kPlaced>(at, 0, scratch, scratch.large, strip);
+    draw_points<kPlaced>(at, 2, scratch, scratch.small, strip);
+    draw_points<kPlaced>(at, 3, scratch, scratch.middling, strip);
     return drawn;
 }
 

@@ -195,9 +195,8 @@ std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample,
                               [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
                                   drawn += add_backs(geometry, run, seen, first_id, at.visible, at.farthest, at.backs);
                               });
-        draw_backs(geometry, at.backs, at.visible);
+        draw_backs(geometry, at.backs, at.farthest, at.visible);
     }
-    at.surface.begin(at.visible, picture->points.groups());
     blend(geometry, at);
     const EyeRays rays{sample.geometry.middle_x, sample.geometry.middle_y, sample.geometry.inverse_focal};
     for (int y = at.visible.top; y < at.visible.bottom; ++y) {
@@ -213,18 +212,13 @@ std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample,
 
 // Blends fronts where fronts are visible, and backs where backs are.
 void FineRenderer::Frame::blend(const FrameGeometry &geometry, Workplace &at) const {
-    bool has_backs = false;
-    if (!at.backs.blocks().empty())
-        at.surface.show(at.visible, [&](std::uint32_t id) {
-            has_backs |= PointIds::is_back(id) && id != DepthStrip::kNoId;
-            return !PointIds::is_back(id);
-        });
+    at.surface.begin(at.visible, picture->points.groups(), !at.backs.empty());
     blend_points(geometry, at.visible, at.fronts, picture->points, at.surface);
-    if (!has_backs)
+    if (!at.surface.shows_backs())
         return;
-    at.surface.show(at.visible, PointIds::is_back);
+    at.surface.swap_sides();
     blend_points(geometry, at.visible, at.backs, picture->points, at.surface);
-    at.surface.show(at.visible, [](std::uint32_t) { return true; });
+    at.surface.join_sides();
 }
 
 // Reads the visible point of a pixel that has no usable sums.

@@ -13,6 +13,7 @@
 
 #include <hwy/highway.h>
 
+#include "pbm_render/splats/hidden_splats.h"
 #include "pbm_render/splats/splat_projection.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -303,13 +304,16 @@ HWY_INLINE bool may_be_visible(const Ellipses &e, std::size_t lane, const DepthS
 }
 
 // Draws those points that may be visible, and forgets the others: most backs are hidden.
-HWY_INLINE void draw_visible_backs(const StripRun &at, FacingPoints &facing, DepthStrip &strip) {
+HWY_INLINE void draw_visible_backs(const StripRun &at, FacingPoints &facing, FarthestDepths &farthest,
+                                   DepthStrip &strip) {
     draw_near(facing.near, at.frame, strip);
     Ellipses ellipses;
     ellipses.cone = kPlacedCone * at.run.voxel;
     const std::size_t lanes = hn::Lanes(Floats());
     std::size_t kept = 0;
     for (std::size_t i = 0; i < facing.count; i += lanes) {
+        if (are_hidden<0, true>(at, facing, i, farthest))
+            continue;
         project_ellipses<true>(at, facing, i, ellipses); // lanes behind the last point are empty
         for (std::size_t lane = 0; lane < lanes; ++lane) {
             if (!may_be_visible(ellipses, lane, strip))
@@ -395,9 +399,9 @@ std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std:
     return added;
 }
 
-void draw_backs(const FrameGeometry &frame, StripPoints &backs, DepthStrip &strip) {
+void draw_backs(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest, DepthStrip &strip) {
     for (const std::unique_ptr<StripPoints::Block> &block : backs.blocks())
-        draw_visible_backs(StripRun{frame, *block->run, strip}, block->points, strip);
+        draw_visible_backs(StripRun{frame, *block->run, strip}, block->points, farthest, strip);
 }
 
 void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,
@@ -435,8 +439,8 @@ std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std:
     return HWY_DYNAMIC_DISPATCH(add_backs)(frame, run, seen, first_id, strip, farthest, backs);
 }
 
-void draw_backs(const FrameGeometry &frame, StripPoints &backs, DepthStrip &strip) {
-    HWY_DYNAMIC_DISPATCH(draw_backs)(frame, backs, strip);
+void draw_backs(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest, DepthStrip &strip) {
+    HWY_DYNAMIC_DISPATCH(draw_backs)(frame, backs, farthest, strip);
 }
 
 void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,

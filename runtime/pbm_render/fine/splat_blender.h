@@ -39,8 +39,8 @@ std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, st
 std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
                         std::uint32_t first_id, const DepthStrip &strip, FarthestDepths &farthest, StripPoints &backs);
 
-// Draws the backs that may be visible as ellipses, and removes the others.
-void draw_backs(const FrameGeometry &frame, StripPoints &backs, DepthStrip &strip);
+// Draws the backs that may be visible as ellipses, and removes the others. `farthest`: as above.
+void draw_backs(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest, DepthStrip &strip);
 
 // Adds points to `surface`, which has the strip's depths. Accesses stay in bounds if
 // mapped bytes change.

@@ -4,6 +4,7 @@
 #include "pbm_render/bricks/brick_culling.h"
 #include "pbm_render/splats/facing_point_arrays.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -39,6 +40,11 @@ class StripPoints {
         return block;
     }
     std::span<const std::unique_ptr<Block>> blocks() const { return std::span(blocks_).first(used_); }
+    // Whether no block has a point.
+    bool empty() const {
+        const auto is_empty = [](const auto &block) { return block->points.count == 0 && block->points.near.empty(); };
+        return std::all_of(blocks().begin(), blocks().end(), is_empty);
+    }
 
   private:
     bool are_backs_;

@@ -1,6 +1,7 @@
 // Rows of the picture into which splats are blended, few enough to stay in the cache.
 #pragma once
 
+#include "pbm_render/bricks/point_ids.h"
 #include "pbm_render/splats/depth_strip.h"
 
 #include <algorithm>
@@ -35,8 +36,8 @@ struct SurfaceBuffer {
     // Empty columns and rows beside the picture, for whole SIMD vectors.
     static constexpr int kMarginRight = 16, kMarginBottom = 3;
 
-    // Starts with the depths of a strip.
-    void begin(const DepthStrip &strip, std::size_t groups_of_pixel) {
+    // Starts with the depths of a strip. `has_backs`: whether the strip may show backs; their depths are kept apart.
+    void begin(const DepthStrip &strip, std::size_t groups_of_pixel, bool has_backs) {
         width = strip.width;
         top = strip.top;
         bottom = strip.bottom;
@@ -44,15 +45,27 @@ struct SurfaceBuffer {
         groups = groups_of_pixel;
         const auto rows = static_cast<std::size_t>(bottom) - static_cast<std::size_t>(top) + kMarginBottom;
         depth.assign(static_cast<std::size_t>(stride) * rows, std::numeric_limits<float>::infinity());
-        show(strip, [](std::uint32_t) { return true; });
+        back_depth.assign(has_backs ? depth.size() : 0, std::numeric_limits<float>::infinity());
+        for (int y = top; y < bottom; ++y) {
+            float *const to = depth.data() + offset(0, y);
+            if (has_backs)
+                copy_sides(strip, y, to, back_depth.data() + offset(0, y));
+            else
+                for (int x = 0; x < width; ++x)
+                    to[x] = strip.depth(x, y);
+        }
         sums.assign(depth.size() * groups, {});
     }
-    // Takes the depths of the pixels whose ids `is_shown` accepts; the others show no surface.
-    template <class IsShown> void show(const DepthStrip &strip, IsShown &&is_shown) {
-        for (int y = top; y < bottom; ++y)
-            for (int x = 0; x < width; ++x)
-                depth[offset(x, y)] =
-                    is_shown(strip.id(x, y)) ? strip.depth(x, y) : std::numeric_limits<float>::infinity();
+    // Whether a pixel shows a back.
+    bool shows_backs() const {
+        return std::any_of(back_depth.begin(), back_depth.end(),
+                           [](float z) { return z < std::numeric_limits<float>::infinity(); });
+    }
+    // Exchanges the surface of the pixels that show fronts with that of those that show backs.
+    void swap_sides() { depth.swap(back_depth); }
+    void join_sides() {
+        std::transform(depth.begin(), depth.end(), back_depth.begin(), depth.begin(),
+                       [](float a, float b) { return std::min(a, b); });
     }
     std::size_t offset(int x, int y) const {
         return static_cast<std::size_t>(y - top) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(x);
@@ -64,7 +77,18 @@ struct SurfaceBuffer {
     int stride = 0;                 // pixels
     std::size_t groups = 1;         // per pixel
     std::vector<float> depth;       // [rows][stride] of the visible surface, grid edges; +infinity: no surface
+    std::vector<float> back_depth;  // likewise, where it is a back
     std::vector<SurfaceGroup> sums; // [rows][stride][groups]
+
+  private:
+    void copy_sides(const DepthStrip &strip, int y, float *fronts, float *backs) const {
+        for (int x = 0; x < width; ++x) {
+            const float z = strip.depth(x, y);
+            const bool is_back = PointIds::is_back(strip.id(x, y));
+            fronts[x] = is_back ? std::numeric_limits<float>::infinity() : z;
+            backs[x] = is_back ? z : std::numeric_limits<float>::infinity();
+        }
+    }
 };
 
 } // namespace pbm

@@ -57,6 +57,13 @@ HWY_INLINE IntVector count_from(std::int32_t first) {
     return hn::Add(hn::Set(Ints(), first), hn::LoadU(Ints(), kLaneNumbers.data()));
 }
 
+// A bit for each lane.
+HWY_INLINE unsigned mask_bits(Mask mask) {
+    std::array<std::uint8_t, 8> bits{};
+    const std::size_t bytes = hwy::HWY_NAMESPACE::StoreMaskBits(Floats(), mask, bits.data());
+    return unsigned{bits[0]} | (bytes > 1 ? unsigned{bits[1]} << 8 : 0U);
+}
+
 #if HWY_TARGET <= HWY_AVX3 || HWY_TARGET == HWY_SCALAR
 class Packing {
   public:
@@ -98,11 +105,7 @@ class Packing {
     }
     static HWY_INLINE Vector look_up(Vector v, Indices from) { return hwy::HWY_NAMESPACE::TableLookupLanes(v, from); }
 #endif
-    static HWY_INLINE Indices indices(Mask keep) {
-        std::array<std::uint8_t, 8> bits{};
-        hwy::HWY_NAMESPACE::StoreMaskBits(Floats(), keep, bits.data());
-        return indices_of(bits[0]);
-    }
+    static HWY_INLINE Indices indices(Mask keep) { return indices_of(mask_bits(keep)); }
 
     Indices from_;
 };

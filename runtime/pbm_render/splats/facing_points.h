@@ -160,17 +160,14 @@ HWY_INLINE std::size_t add_near(const StripRun &at, const NearPoints &points, st
     const Ints di;
     std::array<float, kLaneNumbers.size()> u, v, w, radii;
     std::array<std::int32_t, kLaneNumbers.size()> packed, offsets;
-    std::array<std::uint8_t, 8> bits{};
-    hn::StoreMaskBits(d, points.is_near, bits.data());
     hn::StoreU(points.u, d, u.data());
     hn::StoreU(points.v, d, v.data());
     hn::StoreU(points.w, d, w.data());
     hn::StoreU(points.radius, d, radii.data());
     hn::StoreU(points.packed, di, packed.data());
     hn::StoreU(points.offset, di, offsets.data());
-    for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
-        if ((bits[lane / 8] >> lane % 8 & 1) == 0)
-            continue;
+    for (unsigned bits = mask_bits(points.is_near); bits != 0; bits &= bits - 1) {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
         const glm::vec3 point((u[lane] - frame.middle_x * w[lane]) * frame.inverse_focal,
                               (v[lane] - frame.middle_y * w[lane]) * frame.inverse_focal, w[lane]);
         const PointNormal normal = unpack_normal(packed[lane]);

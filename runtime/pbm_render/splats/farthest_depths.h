@@ -1,5 +1,5 @@
-// The farthest depth of each tile of a strip, to find bricks that nearer points hide.
-// Based on: Greene, Kass, Miller. Hierarchical Z-Buffer Visibility. 1993 (one level of it)
+// The farthest depth of each tile of a strip, to find bricks and splats that nearer points hide.
+// Based on: Greene, Kass, Miller. Hierarchical Z-Buffer Visibility. 1993 (two levels of it)
 #pragma once
 
 #include "pbm_render/splats/depth_strip.h"
@@ -10,6 +10,11 @@ namespace pbm {
 
 class FarthestDepths {
   public:
+    // Pixels of the picture: columns left .. right - 1, rows top .. bottom - 1.
+    struct Box {
+        int left, right, top, bottom;
+    };
+
     // Forgets all tiles. `strip` must outlive the use of the tiles. Its depths may become nearer after a tile was read:
     // the tile then hides less than it could.
     void begin(const DepthStrip &strip);
@@ -17,16 +22,23 @@ class FarthestDepths {
     // Whether all pixels of the strip that a brick may touch show nearer points already. May return false for such a
     // brick; true if it touches no pixel.
     bool hide(const SeenBrick &brick);
+    // The same for a small box and a depth.
+    bool hide(const Box &box, float nearest);
 
   private:
-    static constexpr int kColumns = 16, kRows = 8; // of a tile
-    static constexpr float kUnknown = -1;          // no depth
+    // Edge of a small tile; a large one has several.
+    static constexpr int kSmall = 4;
+    static constexpr int kSmallAcross = 4, kSmallDown = 2;
+    static constexpr int kColumns = kSmallAcross * kSmall, kRows = kSmallDown * kSmall; // of a large tile
+    static constexpr float kUnknown = -1;                                               // no depth
 
-    float read(int tile_x, int tile_y) const;
+    Box in_strip(const Box &box) const;
+    void read(int tile_x, int tile_y);
 
     const DepthStrip *strip_ = nullptr;
-    int tiles_across_ = 0;
-    std::vector<float> depths_; // [tiles down][tiles across]; kUnknown: not read yet
+    int tiles_across_ = 0;     // large ones
+    std::vector<float> large_; // [tiles down][tiles across]; kUnknown: not read yet
+    std::vector<float> small_; // likewise; known if the large one around it is
 };
 
 } // namespace pbm

@@ -253,9 +253,11 @@ std::string camera_as_options(const Camera &camera, double view_angle) {
            " --camera-focal-point=" + vector_text(camera.focal_point) + " --camera-view-up=" + vector_text(camera.up) +
            " --camera-view-angle=" + number_text(view_angle) +
            (camera.orthographic ? " --projection=orthographic" : "") + clip_as_options(camera.clip) +
-           (camera.backs == Backs::automatic ? "" : " --backs=" + word_of(kBacks, camera.backs));
+           (camera.backs == Backs::automatic ? "" : " --backs=" + word_of(camera.backs));
 }
 
+const std::string &word_of(Backs backs) { return word_of(kBacks, backs); }
+const std::string &word_of(LightsFollow follow) { return word_of(kLightsFollow, std::optional(follow)); }
 const std::string &word_of(Quality quality) { return word_of(kQualities, quality); }
 const std::string &word_of(DepthCue cue) { return word_of(kDepthCues, cue); }
 const std::string &word_of(UpAxis up) { return word_of(kUpAxes, std::optional(up)); }
@@ -275,7 +277,7 @@ std::string look_as_options(const LookOptions &look) {
         text += " --colour-by=" + colour_by_text(*look.colour_by);
     add_switch(look.legend, "--no-legend");
     if (look.lights_follow)
-        text += " --light-follows=" + word_of(kLightsFollow, look.lights_follow);
+        text += " --light-follows=" + word_of(*look.lights_follow);
     if (look.headlight)
         text += " --headlight=" + number_text(look.headlight->right) + "," + number_text(look.headlight->up);
     if (look.depth_cue != standard.depth_cue)

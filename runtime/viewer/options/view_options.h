@@ -76,6 +76,8 @@ std::string view_as_options(const Camera &camera, const ViewOptions &options, gl
 std::string camera_as_options(const Camera &camera, double view_angle);
 
 // The command line's word for a value.
+const std::string &word_of(Backs backs);
+const std::string &word_of(LightsFollow follow);
 const std::string &word_of(Quality quality);
 const std::string &word_of(DepthCue cue);
 const std::string &word_of(UpAxis up);

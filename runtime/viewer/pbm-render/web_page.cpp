@@ -74,8 +74,8 @@ double whole_radius(const WebPage &page) {
     return glm::length(highest - lowest) / 2 / std::sin(std::min(vertical, horizontal));
 }
 
-// The attributes of a view that the command line asks for; without one the element frames the model itself.
-std::string view_attributes(const WebPage &page) {
+// The attributes of a camera that the command line asks for; without one the element frames the model itself.
+std::string camera_attributes(const WebPage &page) {
     const ViewOptions &view = page.view;
     if (!view.position && !view.focal_point && !view.view_up && view.view_angle == ViewOptions().view_angle)
         return {};
@@ -90,6 +90,17 @@ std::string view_attributes(const WebPage &page) {
          << camera.focal_point.x << ' ' << camera.focal_point.y << ' ' << camera.focal_point.z << "\" field-of-view=\""
          << camera.view_angle << "rad\"";
     return text.str();
+}
+
+// All attributes that the command line asks for.
+std::string view_attributes(const WebPage &page) {
+    const ViewOptions &view = page.view;
+    std::string text = camera_attributes(page);
+    if (view.backs != Backs::automatic)
+        text += " backs=\"" + word_of(view.backs) + '"';
+    if (view.look.lights_follow)
+        text += " light-follows=\"" + word_of(*view.look.lights_follow) + '"';
+    return text;
 }
 
 std::string background_of(const ViewOptions &view) {
