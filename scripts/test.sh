@@ -1,9 +1,13 @@
 #!/usr/bin/env bash
-# Sets everything up and passes the tests: packages, builds and tests with and without sanitizers, lint.
+# Sets everything up and passes the tests: test.sh [STEP...]. Steps, one after the other; without one, the first:
+#   release    build and tests
+#   sanitized  tests of what reads foreign bytes and of the C API, with address and undefined-behaviour sanitizers
+#   lint       formatting and static analysis; needs the files that `release` makes
 # The longer forms of tests are left to `ctest --test-dir build/release -C nightly -L nightly`: tests/README.md.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 jobs=$(nproc)
+[ $# -gt 0 ] || set -- release
 
 minutes=()
 step() {
@@ -11,24 +15,38 @@ step() {
     [ $# -eq 0 ] || printf '\n== %s (%d s so far)\n' "$1" "$SECONDS"
 }
 
+failed=()
+build_and_test() { # PRESET TARGETS CTEST_ARGUMENT...
+    local preset=$1 targets=$2
+    step "$preset: build"
+    cmake --preset "$preset" >/dev/null
+    cmake --build --preset "$preset" -j "$jobs" --target $targets
+    step "$preset: test"
+    # Two more than there are cores: the longest two tests wait for windows most of their time.
+    ctest --preset "$preset" --output-on-failure -j "${CTEST_PARALLEL_LEVEL:-$((jobs + 2))}" "${@:3}" ||
+        failed+=("tests of $preset")
+}
+
 step packages
 scripts/install_packages.sh all
 
-# All that is tested, and what is installed. Programs of bench/ are measured by people; lint sees that they compile.
-targets=(man {system,format_spec,command_line,runtime,tools,data,bindings,tests}/all)
-
-failed=()
-for preset in release asan; do
-    step "$preset: build"
-    cmake --preset "$preset" >/dev/null
-    cmake --build --preset "$preset" -j "$jobs" --target "${targets[@]}"
-    step "$preset: test"
-    # Two more than there are cores: the longest two tests wait for windows most of their time.
-    ctest --preset "$preset" --output-on-failure -j "${CTEST_PARALLEL_LEVEL:-$((jobs + 2))}" || failed+=("tests of $preset")
+for part in "$@"; do
+    case $part in
+    release)
+        # All that is tested, and what is installed. Programs of bench/ are measured by people; lint sees that they compile.
+        build_and_test release "man $(printf '%s/all ' system format_spec command_line runtime tools data bindings tests)"
+        ;;
+    sanitized) build_and_test asan foreign -L foreign ;;
+    lint)
+        step lint
+        scripts/lint.sh build/release || failed+=(lint)
+        ;;
+    *)
+        echo "test.sh: no step is called $part" >&2
+        exit 2
+        ;;
+    esac
 done
-
-step lint
-scripts/lint.sh build/release || failed+=(lint)
 
 step
 printf '\n== minutes\n'

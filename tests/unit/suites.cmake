@@ -1,5 +1,6 @@
 # Read by ctest before it runs anything: every suite of the GoogleTest program `program` becomes a test NAME.SUITE, one
-# process each. The program itself says which suites it has. `left_out`: suites that are not run.
+# process each. The program itself says which suites it has. `left_out`: suites that are not run. `foreign`: pattern of
+# names with that label.
 cmake_policy(VERSION 3.25)
 if(NOT EXISTS "${program}")
     add_test("${name}.not_built" "${program}")
@@ -7,11 +8,15 @@ if(NOT EXISTS "${program}")
 endif()
 execute_process(COMMAND "${program}" --gtest_list_tests OUTPUT_VARIABLE listed COMMAND_ERROR_IS_FATAL ANY)
 string(REGEX MATCHALL "\n[^ \n]+\\." suites "\n${listed}")
+set(labels full quick)
+if(name MATCHES "${foreign}")
+    list(APPEND labels foreign)
+endif()
 foreach(suite IN LISTS suites)
     string(REGEX REPLACE "\n(.*)\\." "\\1" suite "${suite}")
     if(suite IN_LIST left_out)
         continue()
     endif()
     add_test("${name}.${suite}" "${program}" "--gtest_filter=${suite}.*")
-    set_tests_properties("${name}.${suite}" PROPERTIES TIMEOUT 600 LABELS "full;quick")
+    set_tests_properties("${name}.${suite}" PROPERTIES TIMEOUT 600 LABELS "${labels}")
 endforeach()
