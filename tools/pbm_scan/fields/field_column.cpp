@@ -1,5 +1,6 @@
 #include "pbm_scan/fields/field_column.h"
 
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/words.h"
 #include "system/files/file_names.h"

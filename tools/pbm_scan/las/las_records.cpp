@@ -2,6 +2,7 @@
 
 #include "pbm_scan/las/laz_point10.h"
 #include "pbm_scan/las/laz_point14.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/surface/surface.h"
 #include "system/threads/parallel.h"
 

@@ -2,6 +2,7 @@
 
 #include "pbm_scan/las/arithmetic_decoder.h"
 #include "pbm_scan/las/laz_point14.h"
+#include "pbm_scan/surface/refusal.h"
 
 #include <optional>
 #include <string>

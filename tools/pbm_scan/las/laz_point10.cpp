@@ -1,6 +1,7 @@
 #include "pbm_scan/las/laz_point10.h"
 
 #include "pbm_scan/las/laz_fields.h"
+#include "pbm_scan/surface/refusal.h"
 
 #include <cassert>
 #include <memory>

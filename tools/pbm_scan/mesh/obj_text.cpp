@@ -1,6 +1,7 @@
 #include "pbm_scan/mesh/obj_text.h"
 
 #include "pbm_scan/mesh/mesh_reader.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 #include "pbm_scan/mesh/mesh_reader.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
 #include "system/bytes.h"
 #include "system/free_memory.h"

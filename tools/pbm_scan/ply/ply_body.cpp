@@ -5,6 +5,7 @@
 #include "pbm_scan/ply/ply_source.h"
 #include "pbm_scan/surface/polygon.h"
 #include "pbm_scan/surface/range_grid.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 #include "pbm_scan/ply/ply_damage.h"
 
 #include "pbm_scan/ply/ply_source.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 
 #include <algorithm>

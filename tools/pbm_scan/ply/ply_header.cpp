@@ -1,4 +1,5 @@
 #include "pbm_scan/ply/ply_header.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/words.h"
 

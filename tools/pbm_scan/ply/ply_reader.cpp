@@ -7,6 +7,7 @@
 #include "pbm_scan/ply/ply_colours.h"
 #include "pbm_scan/ply/ply_damage.h"
 #include "pbm_scan/surface/range_grid.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
 
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "pbm_scan/ply/ply_roles.h"
 
 #include "pbm_scan/clouds/splat_colour.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 
 #include <initializer_list>

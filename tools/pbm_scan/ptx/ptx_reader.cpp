@@ -5,6 +5,7 @@
 #include "pbm_scan/clouds/stations.h"
 #include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/surface/range_grid.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
 

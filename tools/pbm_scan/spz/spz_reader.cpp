@@ -3,6 +3,7 @@
 #include "pbm_scan/clouds/splat_colour.h"
 #include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/packing/compressed.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/words.h"
 #include "system/bytes.h"

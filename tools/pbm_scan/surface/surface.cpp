@@ -1,5 +1,7 @@
 #include "pbm_scan/surface/surface.h"
 
+#include "pbm_scan/surface/refusal.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>

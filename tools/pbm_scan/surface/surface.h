@@ -3,7 +3,6 @@
 
 #include "pbm_format/model/model.h"
 #include "pbm_scan/surface/attribute_report.h"
-#include "pbm_scan/surface/refusal.h"
 #include "system/error.h"
 
 #include <glm/vec2.hpp>

@@ -1,5 +1,6 @@
 #include "pbm_scan/table/cell_style.h"
 
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/words.h"
 

@@ -1,6 +1,7 @@
 #include "pbm_scan/table/pcd_reader.h"
 
 #include "pbm_scan/clouds/stations.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/table/point_table.h"
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/words.h"

@@ -1,6 +1,7 @@
 // Lines and words of text formats.
 #pragma once
 
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/surface/surface.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_number.h"
