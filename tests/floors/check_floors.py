@@ -19,6 +19,7 @@ FLOORS = {
     "format_spec/pbm_format": {"system"},
     "format_spec/pbm": {"system", "pbm_format"},
     "runtime/pbm": {"system", "pbm_format", "pbm_render", "pbm_bake"},
+    "tools/pbm": {"pbm_scan"},
     "runtime/pbm_surface": {"system", "pbm_format"},
     "runtime/pbm_bake": {"system", "pbm_format", "pbm_surface"},
     "runtime/pbm_render": {"system", "pbm_format", "pbm_surface"},
@@ -115,6 +116,7 @@ CMAKE = {
     "command_line": r"pbm[_:]+(render|build|scan|bake)\b|OpenMesh|glfw",
     "runtime": r"pbm[_:]+(build|scan|sample)\b|OpenMesh|embree",
     "tools": r"pbm[_:]+render\b|glfw|embree",
+    "tools/pbm_scan": r"pbm[_:]+(format|checking|writing|bake|build|batch)\b|OpenMesh|Eigen",
     "data": r"pbm[_:]+(render|build|scan)\b",
     "bindings": r"pbm[_:]+paged_heap\b|glfw|embree",
 }
@@ -178,10 +180,9 @@ def check_folder(folder, count):
 
 
 def check_cmake(path, text):
-    floor = path.split("/")[0]
     text = re.sub(r"#.*", "", text)
-    match = re.search(CMAKE[floor], text) if floor in CMAKE else None
-    return [f"{path}: names {match[0]}"] if match else []
+    found = [re.search(names, text) for folder, names in CMAKE.items() if path.startswith(folder + "/")]
+    return [f"{path}: names {match[0]}" for match in found if match]
 
 
 def check_links(program, libraries):
@@ -304,6 +305,8 @@ def self_test():
         ("runtime/viewer/CMakeLists.txt", "target_link_libraries(pbm-render PRIVATE pbm_build)"),
         ("format_spec/CMakeLists.txt", "find_package(OpenMesh)"),
         ("bindings/c/CMakeLists.txt", "target_link_libraries(pbm_c PRIVATE pbm_paged_heap)"),
+        ("tools/pbm_scan/CMakeLists.txt", "find_package(OpenMesh REQUIRED)"),
+        ("tools/pbm_scan/CMakeLists.txt", "target_link_libraries(pbm_scan PUBLIC pbm::writing)"),
         ("data/pbm-sample/CMakeLists.txt", "target_link_libraries(pbm_sample PUBLIC pbm_render)"),
     ]
     bad_folders = [("runtime/pbm_render/splats", MOST_FILES + 1)]

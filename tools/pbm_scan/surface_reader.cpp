@@ -13,7 +13,7 @@
 namespace pbm::build {
 namespace {
 
-const ScanFormat *find_format(std::span<const std::uint8_t> bytes, std::string_view extension) {
+const ScanFormat *format_of(std::span<const std::uint8_t> bytes, std::string_view extension) {
     const std::span<const ScanFormat> formats = scan_formats();
     auto found = std::find_if(formats.begin(), formats.end(), [&](const ScanFormat &format) {
         return format.recognises != nullptr && format.recognises(bytes);
@@ -35,7 +35,7 @@ Result<Surface> read_file(std::span<const std::uint8_t> bytes, std::string_view 
     if (const auto foreign = foreign_by_content(text->bytes))
         return unsupported(*foreign);
     const std::string extension = lower_extension(path);
-    const ScanFormat *format = find_format(text->bytes, extension);
+    const ScanFormat *format = format_of(text->bytes, extension);
     if (format == nullptr) {
         if (const auto foreign = foreign_by_name(extension); foreign && options.format == nullptr)
             return unsupported(*foreign);
@@ -78,6 +78,13 @@ Result<Contents> open(const std::string &path) {
 
 } // namespace
 
+const ScanFormat *find_format(std::string_view name) {
+    const std::span<const ScanFormat> formats = scan_formats();
+    const auto found =
+        std::find_if(formats.begin(), formats.end(), [&](const auto &each) { return each.name == name; });
+    return found == formats.end() ? nullptr : &*found;
+}
+
 Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options) {
     return read_file(bytes, path, "", options);
 }
@@ -101,7 +108,7 @@ std::vector<std::string> further_files(const std::string &path) {
     const Result<Utf8Text> text = file ? as_utf8(file->bytes()) : Result<Utf8Text>(file.error());
     if (!text || text->bytes.empty())
         return {};
-    const ScanFormat *const format = find_format(text->bytes, lower_extension(uncompressed_name(path)));
+    const ScanFormat *const format = format_of(text->bytes, lower_extension(uncompressed_name(path)));
     return format == nullptr || format->further_files == nullptr ? std::vector<std::string>()
                                                                  : format->further_files({text->bytes, path});
 }

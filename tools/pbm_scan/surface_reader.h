@@ -28,6 +28,10 @@ Result<Surface> read_surface(const std::string &path, const ReadOptions &options
 // Reads a file in memory; of `path` only the extension is used.
 Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options);
 
+// For ReadOptions::format: "ply", "gltf", "obj", "off", "stl", "e57", "ptx", "las", "spz", "pcd" or "xyz". Null:
+// another.
+const ScanFormat *find_format(std::string_view name);
+
 // Further files that reading `path` opens: those that the scan names and that exist.
 std::vector<std::string> further_files(const std::string &path);
 
