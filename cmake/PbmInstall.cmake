@@ -1,16 +1,19 @@
-# find_package(pbm) for outside projects: pbm::c, pbm::format, pbm::bake, pbm::render, pbm::pbm-build and pbm_add_asset().
+# find_package(pbm) for outside projects: pbm::c, pbm::format, pbm::bake, pbm::render, pbm::pbm-build and pbm_add_asset(); with
+# the component `scan` also pbm::scan, which needs more libraries than the others.
 include(CMakePackageConfigHelpers)
 set(PBM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pbm)
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME libpbm-dev)
 
-set(libraries base system reading checking writing format surface bake render)
+set(libraries base system reading checking writing format surface bake render scan)
 foreach(name ${libraries})
     set(library pbm_${name})
     if(NOT TARGET ${library})
         continue()
     endif()
     set_target_properties(${library} PROPERTIES EXPORT_NAME ${name})
-    list(APPEND installed_libraries ${library})
+    if(NOT name STREQUAL "scan")
+        list(APPEND installed_libraries ${library})
+    endif()
     if(name STREQUAL "format") # is the three before it
         continue()
     endif()
@@ -26,15 +29,20 @@ endif()
 install(TARGETS ${installed_libraries} EXPORT pbmTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libpbm1 NAMELINK_COMPONENT libpbm-dev)
+if(TARGET pbm_scan)
+    install(TARGETS pbm_scan EXPORT pbm-scan ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+    install(EXPORT pbm-scan NAMESPACE pbm:: DESTINATION ${PBM_CMAKE_DIR})
+endif()
 
 # The doors, and of all other headers those that they include.
 set(doors)
-foreach(name format render bake)
+foreach(name format render bake scan)
     if(TARGET pbm_${name})
         list(APPEND doors pbm/${name}.h)
     endif()
 endforeach()
-set(header_roots ${PROJECT_SOURCE_DIR}/format_spec ${PROJECT_SOURCE_DIR}/runtime ${PROJECT_SOURCE_DIR})
+set(header_roots format_spec runtime tools .)
+list(TRANSFORM header_roots PREPEND ${PROJECT_SOURCE_DIR}/)
 set(waiting ${doors})
 set(installed_headers)
 while(waiting)

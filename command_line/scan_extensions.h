@@ -1,5 +1,5 @@
 // File name extensions of the scans that pbm-build reads, for file dialogs and folders. The formats themselves:
-// tools/pbm-build/pbm_scan/formats.cpp; a test compares the two. Tables of points named .txt or .csv are read and not
+// tools/pbm_scan/formats.cpp; a test compares the two. Tables of points named .txt or .csv are read and not
 // listed, because most such files are something else.
 #pragma once
 

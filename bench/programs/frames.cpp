@@ -10,7 +10,7 @@
 // file, drawn_points (mean), covered_pixels (mean; of models), milliseconds: [round][view], processors (mean number in
 // use while drawing). A first round, not counted, warms up.
 #include "embree_peer.h"
-#include "pbm_render/picture/render_options.h"
+#include "pbm_render/appearance/appearance.h"
 #include "pbm_scan/surface_reader.h"
 #include "system/processes/this_process.h"
 #include "value_or_throw.h"

@@ -1,6 +1,7 @@
 // Building models of files and arrays, with the options of pbm-build.
 #include "files.h"
 #include "model.h"
+#include "pbm_scan/surface/refusal.h"
 
 #include "pbm-build/options/options.h"
 #include "pbm_build/pipeline.h"

@@ -1,7 +1,7 @@
 #include "drawing.h"
 
-#include "pbm_format/reading/images.h"
-#include "pbm_render/camera/extent.h"
+#include "pbm_format/rasters/tiled_image.h"
+#include "pbm_format/reading/reader.h"
 #include "pbm_render/camera/framing.h"
 #include "pbm_render/shading/depth_cue.h"
 #include "system/threads/parallel.h"

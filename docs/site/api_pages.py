@@ -8,7 +8,7 @@ shown as they stand, without bodies of functions, private members and long table
 import os
 import re
 
-ROOTS = ["", "format_spec/", "runtime/"]  # folders in which `#include "..."` finds our headers
+ROOTS = ["", "format_spec/", "runtime/", "tools/"]  # folders in which `#include "..."` finds our headers
 MOST_LINES = 12  # of an initialiser that is shown
 FORWARD = re.compile(r"(struct|class|enum class) \w+( : [\w:]+)?;")  # declares what another header describes
 
@@ -246,7 +246,7 @@ def pages(doors):
 
     written, where, places, taken = {}, {}, {}, {}
     for path, header in sorted(headers.items(), key=lambda item: order(item[0])):
-        folder = re.sub(r"^(format_spec|runtime)/", "", os.path.dirname(path))
+        folder = re.sub(r"^(format_spec|runtime|tools)/", "", os.path.dirname(path))
         door = path in doors
         name = os.path.basename(path)
         anchor = "" if door else "#" + name

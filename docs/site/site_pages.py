@@ -14,7 +14,8 @@ import api_pages
 import option_pages
 import python_pages
 
-DOORS = ["format_spec/pbm/format.h", "runtime/pbm/render.h", "runtime/pbm/bake.h", "bindings/c/pbm.h"]
+DOORS = ["format_spec/pbm/format.h", "runtime/pbm/render.h", "runtime/pbm/bake.h", "tools/pbm/scan.h",
+         "bindings/c/pbm.h"]
 INDEX = "docs/README.md"  # whose tables are the navigation
 LINK = re.compile(r"(!?\[(?:[^\[\]]|\[[^\[\]]*\])*\])\(([^()\s]+)\)")
 LANGUAGES = {".h": "cpp", ".cpp": "cpp", ".hpp": "cpp", ".c": "c", ".py": "python", ".sh": "sh", ".json": "json",

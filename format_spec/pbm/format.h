@@ -51,7 +51,7 @@
 #pragma once
 
 #include "pbm_format/checking/validate.h"
-#include "pbm_format/reading/images.h"
+#include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/model_edit.h"
 #include "pbm_format/writing/writer.h"

@@ -41,5 +41,4 @@
 // scan (ShadowRays); lit_levels (the coarser levels of one light). Functions throw at most std::bad_alloc.
 #pragma once
 
-#include "pbm_bake/lit_levels.h"
 #include "pbm_bake/shadow_baker.h"

@@ -57,7 +57,7 @@
 // Functions that return a Result throw nothing; all others throw at most std::bad_alloc.
 #pragma once
 
-#include "pbm_format/reading/images.h"
+#include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/streamed_model.h"
@@ -65,6 +65,7 @@
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/reference/reference_renderer.h"
 #include "pbm_render/shading/depth_cue.h"
+#include "pbm_render/surroundings/surroundings.h"
 #include "system/files/mapped_file.h"
 
 #include <glm/geometric.hpp>

@@ -1,5 +1,7 @@
 #include "pbm_bake/light_view.h"
 
+#include "pbm_surface/carried_offsets.h"
+
 #include <algorithm>
 #include <cmath>
 

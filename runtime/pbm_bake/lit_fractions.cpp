@@ -1,5 +1,6 @@
 #include "pbm_bake/lit_fractions.h"
 
+#include "pbm_surface/carried_offsets.h"
 #include "system/threads/parallel.h"
 
 #include <algorithm>
@@ -128,7 +129,7 @@ void votes_to_fractions(std::span<std::uint8_t> votes, int maps, int bits) {
 
 void fill_unlit(const ShadowCasters &casters, const LightPlace &light, int threads, std::span<std::uint8_t> fractions) {
     const FacingTest test(casters, light);
-    const auto bricks = casters.bricks().first(casters.bricks().size() - 1);
+    const auto starts = casters.bricks(), bricks = starts.first(starts.size() - 1);
     if (bricks.empty())
         return;
     const std::size_t blocks = (bricks.size() + kBricksAtOnce - 1) / kBricksAtOnce;
@@ -141,7 +142,7 @@ void fill_unlit(const ShadowCasters &casters, const LightPlace &light, int threa
     parallel_for(blocks, threads, [&](std::size_t block) {
         for (std::size_t b = block * kBricksAtOnce; b < std::min(bricks.size(), (block + 1) * kBricksAtOnce); ++b) {
             const BrickSums brick = sum_brick(casters, test, b, fractions);
-            for (std::size_t i = bricks[b].first_point; i < casters.bricks()[b + 1].first_point; ++i)
+            for (std::size_t i = bricks[b].first_point; i < starts[b + 1].first_point; ++i)
                 if (!test.faces(bricks[b], i)) {
                     const std::size_t place = casters.places()[i];
                     fractions[i] = given[b].below(brick.fours[place >> 6U]).below(brick.pairs[place >> 3U]).value;

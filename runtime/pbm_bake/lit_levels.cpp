@@ -1,4 +1,4 @@
-#include "pbm_bake/lit_levels.h"
+#include "pbm_bake/shadow_baker.h"
 
 #include <cassert>
 

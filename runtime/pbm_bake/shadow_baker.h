@@ -47,4 +47,12 @@ Bytes bake_light(const ShadowCasters &casters, const Light &light, const ShadowO
 Image bake_ground(const ShadowCasters &casters, const Light &light, const GroundPlane &ground, std::uint32_t size,
                   const ShadowOptions &options = {});
 
+// Lit fractions of all detail levels from those of the finest one. BVG.md 7.8
+//
+// `masks`: the octree, [depth + 1]. `bits`: of a lit fraction at each level, 1, 2, 4 or 8. `finest`: 0..2^bits - 1 of
+// each point. Returns [depth + 1][points of the level]: the means that a file stores, scaled to 0..255.
+//
+// throws  std::bad_alloc
+std::vector<Bytes> lit_levels(const LevelMasks &masks, std::span<const std::uint8_t> bits, ByteView finest);
+
 } // namespace pbm

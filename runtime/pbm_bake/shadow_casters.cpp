@@ -1,5 +1,7 @@
 #include "pbm_bake/shadow_casters.h"
 
+#include "pbm_surface/carried_offsets.h"
+
 #include <cassert>
 
 namespace pbm {
@@ -27,8 +29,12 @@ ShadowCasters::ShadowCasters(const Grid &grid, const PointsOfLevel &points, int 
       normals_(points.normals), radii_(points.radii) {
     assert(points.codes.size() == normals_.size() && normals_.size() == radii_.size());
     find_bricks(points.codes);
-    offsets_ = carried_offsets({level_, bricks_, places_, normals_, radii_}, threads);
+    offsets_ = std::make_unique<CarriedOffsets>(carried_offsets({level_, bricks_, places_, normals_, radii_}, threads));
 }
+
+ShadowCasters::~ShadowCasters() = default;
+
+std::span<const LevelBrick> ShadowCasters::bricks() const { return bricks_; }
 
 void ShadowCasters::find_bricks(std::span<const MortonCode> codes) {
     places_.resize(codes.size());

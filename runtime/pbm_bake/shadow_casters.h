@@ -6,15 +6,17 @@
 #pragma once
 
 #include "pbm_format/model/model.h"
-#include "pbm_surface/carried_offsets.h"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 namespace pbm {
+
+struct CarriedOffsets; // pbm_surface/carried_offsets.h
+struct LevelBrick;
 
 // Views of the points of one level.
 struct PointsOfLevel {
@@ -25,21 +27,13 @@ struct PointsOfLevel {
     bool closed = false;                    // as ModelParameters has it
 };
 
-// Centre of the voxel at a place (Morton code) of a brick, in voxels from the grid's minimum corner.
-inline std::array<double, 3> voxel_centre(const LevelBrick &brick, std::uint16_t place) {
-    const auto local = morton_decode(place);
-    std::array<double, 3> centre{};
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        centre[axis] = 8.0 * brick.corner[axis] + local[axis] + 0.5;
-    return centre;
-}
-
 class ShadowCasters {
   public:
     // Takes the finest level of a model, whose normals and radii must outlive the casters.
     ShadowCasters(const Model &model, int threads);
     // Takes any level; `grid` is that of the model. The codes need not outlive the constructor.
     ShadowCasters(const Grid &grid, const PointsOfLevel &points, int threads);
+    ~ShadowCasters();
 
     std::size_t size() const { return places_.size(); }
     int level() const { return level_; }
@@ -47,12 +41,12 @@ class ShadowCasters {
     UpAxis up() const { return up_; }
 
     // In Morton order; a sentinel at the end has first_point = size().
-    std::span<const LevelBrick> bricks() const { return bricks_; }
+    std::span<const LevelBrick> bricks() const;
     // Position of each point within its brick: a Morton code of 9 bits. [size()]
     std::span<const std::uint16_t> places() const { return places_; }
     // The surface, which casts shadows, and the layers above it, whose outermost one receives them: where scans lie on
     // each other they are one surface. [size()]
-    const CarriedOffsets &offsets() const { return offsets_; }
+    const CarriedOffsets &offsets() const { return *offsets_; }
     std::span<const std::uint16_t> normals() const { return normals_; }
     // Whether a light that the point's normal faces away from may reach its back. The back of a closed surface is never
     // seen, and none of its points is lit from there.
@@ -70,7 +64,7 @@ class ShadowCasters {
     ByteView radii_;
     std::vector<LevelBrick> bricks_;
     std::vector<std::uint16_t> places_;
-    CarriedOffsets offsets_;
+    std::unique_ptr<const CarriedOffsets> offsets_;
 };
 
 } // namespace pbm

@@ -1,5 +1,7 @@
 #include "pbm_bake/shadow_map.h"
 
+#include "pbm_surface/carried_offsets.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,5 +1,7 @@
 #include "pbm_bake/shadow_rays.h"
 
+#include "pbm_bake/light_view.h"
+#include "pbm_surface/carried_offsets.h"
 #include "system/threads/parallel.h"
 
 #include <algorithm>

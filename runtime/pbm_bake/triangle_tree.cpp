@@ -1,4 +1,4 @@
-#include "pbm_bake/triangle_tree.h"
+#include "pbm_bake/shadow_rays.h"
 
 #include "system/threads/parallel.h"
 

@@ -25,6 +25,15 @@ struct LevelBrick {
     std::uint64_t first_point = 0;         // the brick's points end where the next brick's start
 };
 
+// Centre of the voxel at a place (Morton code) of a brick, in voxels from the grid's minimum corner.
+inline std::array<double, 3> voxel_centre(const LevelBrick &brick, std::uint16_t place) {
+    const auto local = morton_decode(place);
+    std::array<double, 3> centre{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        centre[axis] = 8.0 * brick.corner[axis] + local[axis] + 0.5;
+    return centre;
+}
+
 struct LevelPoints {
     int level;                              // the grid has 2^level voxels per edge
     std::span<const LevelBrick> bricks;     // in Morton order; a sentinel at the end has first_point = number of points

@@ -1,6 +1,7 @@
 #include "judge.h"
 
-#include "pbm_format/reading/images.h"
+#include "pbm_format/rasters/tiled_image.h"
+#include "pbm_format/reading/reader.h"
 #include "pbm_render/fast/fast_renderer.h"
 
 namespace pbm::faults {

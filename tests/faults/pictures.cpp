@@ -1,5 +1,7 @@
 #include "pictures.h"
 
+#include "pbm_format/chunks/mapped_chunk.h"
+
 #include <algorithm>
 
 namespace pbm::faults {

@@ -19,11 +19,12 @@ FLOORS = {
     "format_spec/pbm_format": {"system"},
     "format_spec/pbm": {"system", "pbm_format"},
     "runtime/pbm": {"system", "pbm_format", "pbm_render", "pbm_bake"},
+    "tools/pbm": {"pbm_scan"},
     "runtime/pbm_surface": {"system", "pbm_format"},
     "runtime/pbm_bake": {"system", "pbm_format", "pbm_surface"},
     "runtime/pbm_render": {"system", "pbm_format", "pbm_surface"},
     "runtime/viewer": {"system", "pbm_format", "pbm_bake", "pbm_render", "command_line", "window"},
-    "tools/pbm-build/pbm_scan": {"system", "pbm_format"},
+    "tools/pbm_scan": {"system", "pbm_format"},
     "tools/pbm-build/pbm_build": {"system", "pbm_format", "pbm_bake", "pbm_scan"},
     "tools/pbm-build/pbm_batch": {"system", "command_line"},
     "tools/pbm-build/options": {"system", "pbm_format", "pbm_bake", "pbm_scan", "pbm_build", "command_line"},
@@ -48,7 +49,7 @@ ROOMS = {
     "runtime/viewer": [
         "pictures", "options", "measure opening", "navigation clipping", "scene", "light", "pbm-render pbm-view",
         "pbm-view/window"],
-    "tools/pbm-build/pbm_scan": ["surface", "text", "fields packing", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
+    "tools/pbm_scan": ["surface", "text", "fields packing", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
     "tools/pbm-build/pbm_build": [
         "report", "surface", "fields grid images hole_filling", "winding", "mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling parts", "panorama", "scene", "."],
     "data/pbm-sample": ["noise", "ammonite points", "ply", "."],
@@ -64,10 +65,10 @@ MOST_FILES = 17  # sources and headers that one folder shows
 # Header from outside -> the files that may include it; the first pattern that matches decides. A standard header that
 # is not named here may be included anywhere.
 HOMES = {
-    r"zstd.*\.h": r"format_spec/pbm_format/(streams/frame|writing/frame_encoder)\.cpp|tools/pbm-build/pbm_scan/packing/compressed\.cpp",
-    r"zlib\.h": r"tools/pbm-build/pbm_scan/packing/compressed\.cpp",
+    r"zstd.*\.h": r"format_spec/pbm_format/(streams/frame|writing/frame_encoder)\.cpp|tools/pbm_scan/packing/compressed\.cpp",
+    r"zlib\.h": r"tools/pbm_scan/packing/compressed\.cpp",
     r"xxh.*\.h": r"format_spec/pbm_format/hashes/(hash(_avx2|_avx512)?|unordered_hash)\.cpp",
-    r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|command_line/json_report\.cpp|tools/.*\.cpp|tools/pbm-build/pbm_scan/gltf/gltf_json\.h|runtime/viewer/.*\.cpp",
+    r"nlohmann/.*": r"format_spec/pbm_format/container/metadata\.cpp|command_line/json_report\.cpp|tools/.*\.cpp|tools/pbm_scan/gltf/gltf_json\.h|runtime/viewer/.*\.cpp",
     r"glm/.*": r"(runtime|tools|data|bindings)/.*",
     r"std(def|int)\.h": r"bindings/c/pbm\.h",
     r"pbm/pbm\.h": r"bindings/web/.*\.cpp",
@@ -76,8 +77,8 @@ HOMES = {
         r"(system/simd|format_spec/pbm_format|runtime/pbm_(surface|bake|render))/.*\.(cpp|h)"
         r"|tools/pbm-build/pbm_build/\w+/(noise|short_normal|triangle_columns|triangle_mix|leaf_scan|plane_columns|outside_view)\.cpp"
     ),
-    r"(draco/.*|meshoptimizer\.h)": r"tools/pbm-build/pbm_scan/gltf/gltf_(draco|document)\.cpp|bench/.*",
-    r"expat\.h": r"tools/pbm-build/pbm_scan/e57/e57_xml\.cpp",
+    r"(draco/.*|meshoptimizer\.h)": r"tools/pbm_scan/gltf/gltf_(draco|document)\.cpp|bench/.*",
+    r"expat\.h": r"tools/pbm_scan/e57/e57_xml\.cpp",
     r"Eigen/.*": r"tools/pbm-build/pbm_build/hole_filling/sparse_cholesky\.cpp|bench/.*",
     r"OpenMesh/.*": r"tools/pbm-build/pbm_build/mesh_repair/half_edges\.cpp",
     r"CLI/.*": r"command_line/parse\.cpp",
@@ -86,9 +87,9 @@ HOMES = {
     r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/window/presenter\.cpp",
     r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/window/(overlay|panel|start_page)\.cpp",
     r"isa-l/.*": r"runtime/viewer/pictures/image_writer\.cpp",
-    r"jpeglib\.h": r"tools/pbm-build/pbm_scan/images/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
+    r"jpeglib\.h": r"tools/pbm_scan/images/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
     r"stb/stb_easy_font\.h": r"runtime/viewer/pictures/legend\.cpp",
-    r"png\.h|stb/(?!stb_easy_font).*|webp/.*": r"tools/pbm-build/pbm_scan/images/image_decoder\.cpp",
+    r"png\.h|stb/(?!stb_easy_font).*|webp/.*": r"tools/pbm_scan/images/image_decoder\.cpp",
     r"malloc\.h": r"system/processes/(this_process|paged_heap)\.cpp",
     r"pthread\.h": r"system/threads/(per_thread\.h|large_stack\.cpp)|system/processes/paged_heap\.cpp",
     r"thread": r"system/threads/(thread_pool\.h|parallel\.cpp|large_stack\.cpp)|system/processes/paged_heap\.cpp",
@@ -115,6 +116,7 @@ CMAKE = {
     "command_line": r"pbm[_:]+(render|build|scan|bake)\b|OpenMesh|glfw",
     "runtime": r"pbm[_:]+(build|scan|sample)\b|OpenMesh|embree",
     "tools": r"pbm[_:]+render\b|glfw|embree",
+    "tools/pbm_scan": r"pbm[_:]+(format|checking|writing|bake|build|batch)\b|OpenMesh|Eigen",
     "data": r"pbm[_:]+(render|build|scan)\b",
     "bindings": r"pbm[_:]+paged_heap\b|glfw|embree",
 }
@@ -178,10 +180,9 @@ def check_folder(folder, count):
 
 
 def check_cmake(path, text):
-    floor = path.split("/")[0]
     text = re.sub(r"#.*", "", text)
-    match = re.search(CMAKE[floor], text) if floor in CMAKE else None
-    return [f"{path}: names {match[0]}"] if match else []
+    found = [re.search(names, text) for folder, names in CMAKE.items() if path.startswith(folder + "/")]
+    return [f"{path}: names {match[0]}" for match in found if match]
 
 
 def check_links(program, libraries):
@@ -241,12 +242,12 @@ def self_test():
         ("format_spec/pbm_format/container/layout.cpp", "#include <nlohmann/json.hpp>"),
         ("format_spec/pbm_format/model/model.h", "#include <glm/vec3.hpp>"),
         ("format_spec/pbm_format/writing/writer.cpp", "#include <unistd.h>"),
-        ("tools/pbm-build/pbm_scan/surface_reader.cpp", "#include <sys/mman.h>"),
-        ("tools/pbm-build/pbm_scan/ply/ply_reader.cpp", '#include "pbm_scan/mesh/obj_text.h"'),
-        ("tools/pbm-build/pbm_scan/text/text_lines.h", '#include "pbm_scan/ply/ply_header.h"'),
+        ("tools/pbm_scan/surface_reader.cpp", "#include <sys/mman.h>"),
+        ("tools/pbm_scan/ply/ply_reader.cpp", '#include "pbm_scan/mesh/obj_text.h"'),
+        ("tools/pbm_scan/text/text_lines.h", '#include "pbm_scan/ply/ply_header.h"'),
         ("runtime/pbm_render/camera/camera.h", '#include "pbm_scan/surface/surface.h"'),
         ("runtime/pbm_render/camera/camera.h", "#  include <pbm_scan/surface/surface.h>"),
-        ("runtime/pbm_render/camera/camera.h", '#include "../../tools/pbm-build/pbm_scan/surface/surface.h"'),
+        ("runtime/pbm_render/camera/camera.h", '#include "../../tools/pbm_scan/surface/surface.h"'),
         ("runtime/pbm_render/camera/camera.h", '#include "pbm_render/splats/splat.h"'),
         ("runtime/pbm_render/fine/fine_renderer.h", '#include "pbm_render/fast/fast_renderer.h"'),
         ("runtime/pbm_render/detail/streamed_model.cpp", '#include "system/files/mapped_file.h"'),
@@ -267,8 +268,8 @@ def self_test():
         ("runtime/viewer/pictures/image_writer.cpp", "#include <png.h>"),
         ("tools/pbm-build/pbm_build/pipeline.cpp", '#include "pbm_render/camera/camera.h"'),
         ("tools/pbm-build/pbm_build/grid/lattice.h", '#include "pbm_build/voxels/voxelize.h"'),
-        ("tools/pbm-build/pbm_scan/surface/surface.h", '#include "pbm_build/pipeline.h"'),
-        ("tools/pbm-build/pbm_scan/ply/ply_reader.cpp", "#include <OpenMesh/Core/IO/MeshIO.hh>"),
+        ("tools/pbm_scan/surface/surface.h", '#include "pbm_build/pipeline.h"'),
+        ("tools/pbm_scan/ply/ply_reader.cpp", "#include <OpenMesh/Core/IO/MeshIO.hh>"),
         ("tools/pbm-validate/main.cpp", '#include "pbm_scan/surface/surface.h"'),
         ("tools/pbm-info/main.cpp", "#include <boost/any.hpp>"),
         ("data/pbm-sample/main.cpp", '#include "pbm_render/camera/camera.h"'),
@@ -304,6 +305,8 @@ def self_test():
         ("runtime/viewer/CMakeLists.txt", "target_link_libraries(pbm-render PRIVATE pbm_build)"),
         ("format_spec/CMakeLists.txt", "find_package(OpenMesh)"),
         ("bindings/c/CMakeLists.txt", "target_link_libraries(pbm_c PRIVATE pbm_paged_heap)"),
+        ("tools/pbm_scan/CMakeLists.txt", "find_package(OpenMesh REQUIRED)"),
+        ("tools/pbm_scan/CMakeLists.txt", "target_link_libraries(pbm_scan PUBLIC pbm::writing)"),
         ("data/pbm-sample/CMakeLists.txt", "target_link_libraries(pbm_sample PUBLIC pbm_render)"),
     ]
     bad_folders = [("runtime/pbm_render/splats", MOST_FILES + 1)]

@@ -16,6 +16,8 @@ for name in ("cmake", "build", "examples", "compiler"):
     parser.add_argument("--" + name, required=True)
 arguments = parser.parse_args()
 
+MOST_HEADERS = 45  # the doors, and what they include
+
 work = pathlib.Path(arguments.build) / "tests" / "install"
 prefix, outside = work / "prefix", work / "outside"
 shutil.rmtree(prefix, ignore_errors=True)
@@ -56,13 +58,15 @@ check(str(pathlib.Path(arguments.build).resolve()) not in searched.partition("se
       f"find_package finds the build folder: {searched}")
 
 # Each public header begins with an example program, which examples/ contains verbatim.
-for door, example in (("format", "read_points"), ("render", "moving_camera"), ("bake", "bake_sun")):
+for door, example in (("format", "read_points"), ("render", "moving_camera"), ("bake", "bake_sun"), ("scan", "read_scan")):
     text = (prefix / f"include/pbm/{door}.h").read_text()
     program = text[text.index("//   #include"):text.index("//   }\n") + len("//   }\n")]
     lines = [line.removeprefix("//").removeprefix("   ") for line in program.splitlines()]
     check("\n".join(lines) + "\n" == (pathlib.Path(arguments.examples) / f"{example}.cpp").read_text(),
           f"the example of pbm/{door}.h is not examples/{example}.cpp")
 check(len(list((prefix / "include").glob("*"))) == 1, "headers are installed outside include/pbm")
+headers = list((prefix / "include").rglob("*.h"))
+check(len(headers) <= MOST_HEADERS, f"{len(headers)} headers are installed, more than {MOST_HEADERS}: what do the doors include?")
 highway = [str(file) for file in prefix.rglob("*.h") if "hwy/" in file.read_text()]
 check(not highway, f"installed headers need Highway: {highway}")
 
@@ -71,6 +75,9 @@ shutil.copytree(arguments.examples, outside)
 must(arguments.cmake, "-S", outside, "-B", outside / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}",
     f"-DCMAKE_CXX_COMPILER={arguments.compiler}", "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror")
 must(arguments.cmake, "--build", outside / "build")
+# Whoever does not read scans needs none of the libraries of the readers.
+must(arguments.cmake, "-S", outside, "-B", outside / "without", f"-DCMAKE_PREFIX_PATH={prefix}",
+     f"-DCMAKE_CXX_COMPILER={arguments.compiler}", "-DCMAKE_DISABLE_FIND_PACKAGE_draco=ON")
 
 scan, model, picture = work / "sample.ply", work / "sample.pbvg", work / "sample.ppm"
 must(prefix / "bin" / "pbm-sample", "--vertices", "10000", "-o", scan)
@@ -113,6 +120,14 @@ if (prefix / "include/pbm/pbm.h").exists(): # the same in C: by CMake, by pkg-co
         drawn_in_c.append(picture.read_bytes())
     check(len(set(drawn_in_c)) == 1 and len(drawn_in_c[0]) > 640 * 480 * 3, "the pictures of draw_model differ")
     check("libpbm" not in must("ldd", c / "draw_statically"), "draw_statically needs libpbm.so")
+
+read = outside / "build" / "read_scan"
+said = must(read, scan)
+vertices, faces = (line.split()[2].decode() for line in scan.read_bytes().splitlines()[:20] if line.startswith(b"element "))
+check(said.startswith(f"{vertices} vertices, {faces} triangles\n"), f"read_scan says: {said}")
+used = must("ldd", read) + must("nm", read)
+check(not any(name in used for name in ("OpenMesh", "ZSTD_compress", "ZSTD_CCtx", "ZSTD_createCCtx")),
+      "the readers need the encoder or OpenMesh")
 
 lit = work / "lit.pbvg"
 must(outside / "build" / "bake_sun", model, lit)

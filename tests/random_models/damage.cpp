@@ -1,5 +1,6 @@
 #include "random_models/damage.h"
 
+#include "pbm_format/container/content_id.h"
 #include "unit/support/file_editor.h"
 
 #include "pbm_format/reading/load_model.h"

@@ -1,5 +1,6 @@
 #include "random_models/free_writer.h"
 
+#include "pbm_format/container/content_id.h"
 #include "random_models/free_streams.h"
 
 #include "pbm_format/chunks/brick_index.h"

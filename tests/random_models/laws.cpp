@@ -1,7 +1,7 @@
 #include "random_models/laws.h"
 
 #include "pbm_format/checking/validate.h"
-#include "pbm_format/reading/images.h"
+#include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 #include "pbm_render/camera/framing.h"
@@ -9,6 +9,7 @@
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/reference/reference_renderer.h"
+#include "pbm_render/surroundings/surroundings.h"
 
 #include <memory>
 

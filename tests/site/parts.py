@@ -78,9 +78,9 @@ class Headers(unittest.TestCase):
             "```cpp\ninline long volume(const Box &box);\n```"])
 
     def test_the_doors_lead_to_their_declarations(self):
-        doors = ["format_spec/pbm/format.h", "runtime/pbm/render.h", "runtime/pbm/bake.h"]
+        doors = ["format_spec/pbm/format.h", "runtime/pbm/render.h", "runtime/pbm/bake.h", "tools/pbm/scan.h"]
         pages, names, places = api_pages.pages(doors)
-        for name in ("Reader", "load_model", "StreamedModel", "bake_light", "Error", "kMagic"):
+        for name in ("Reader", "load_model", "StreamedModel", "bake_light", "Surface", "Error", "kMagic"):
             self.assertIn("{#%s}" % name, pages[names[name].partition("#")[0]])
         for page in pages.values():
             self.assertNotIn("private:", page)

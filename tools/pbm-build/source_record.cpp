@@ -6,6 +6,7 @@
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_format/writing/frame_encoder.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/surface_reader.h"
 #include "system/files/cache_folder.h"
 #include "system/files/file_replacement.h"

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_format/container/content_id.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/model/model.h"
 
 #include <optional>

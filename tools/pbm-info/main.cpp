@@ -2,8 +2,10 @@
 #include "command_line/common_options.h"
 #include "command_line/json_report.h"
 #include "pbm_format/hashes/hash.h"
+#include "pbm_format/rasters/image_section.h"
+#include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/field_reader.h"
-#include "pbm_format/reading/images.h"
+#include "pbm_format/reading/reader.h"
 #include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>

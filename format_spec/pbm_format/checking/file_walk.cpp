@@ -2,6 +2,7 @@
 
 #include "pbm_format/checking/model_walk.h"
 #include "pbm_format/checking/raster_rules.h"
+#include "pbm_format/container/content_id.h"
 #include "pbm_format/container/file_rules.h"
 
 #include <algorithm>

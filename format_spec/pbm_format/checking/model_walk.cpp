@@ -2,6 +2,7 @@
 
 #include "pbm_format/chunks/field_chunk.h"
 #include "pbm_format/chunks/normal_cone.h"
+#include "pbm_format/container/content_id.h"
 #include "system/threads/per_thread.h"
 
 #include <algorithm>

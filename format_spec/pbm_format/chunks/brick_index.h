@@ -8,25 +8,7 @@
 
 #include "pbm_format/container/layout.h"
 
-#include <cstddef>
-
 namespace pbm {
-
-inline constexpr std::uint8_t kTwoSidedBrick = 1; // flag: a point of the brick is two-sided
-
-// As stored in the file, 24 bytes.
-struct BrickRecord {
-    std::uint16_t x = 0, y = 0, z = 0; // of the brick in level L - 3
-    std::uint16_t first_point = 0;     // within the chunk
-    std::uint16_t first_node = 0;      // within the chunk: first of the brick's masks
-    std::uint16_t cone_axis = 0;       // normal cone of its points: 5.11.3
-    std::int16_t cone_cosine = kNoCone;
-    std::uint8_t largest_radius = 0; // index
-    std::uint8_t flags = 0;
-    std::uint64_t node_map = 0;
-    bool operator==(const BrickRecord &) const = default;
-};
-static_assert(sizeof(BrickRecord) == kBrickRecordBytes && offsetof(BrickRecord, node_map) == 16);
 
 // The nodes of a chunk as its parent chunk stores them. Empty for level 1.
 struct BrickParents {

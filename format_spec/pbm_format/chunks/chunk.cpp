@@ -1,6 +1,8 @@
 #include "pbm_format/chunks/chunk.h"
 
 #include "pbm_format/chunks/normal_cone.h"
+#include "pbm_format/chunks/stream_rules.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/law/catalogue.h"
 #include "pbm_format/streams/frame.h"
 #include "pbm_format/streams/mask_ranks.h"

@@ -1,10 +1,16 @@
-// Decodes one chunk: streams, filters, frames, hash. BVG.md 5 and 6
+// One chunk, decoded or where it lies in a mapped file, and its decoder: streams, filters, frames, hash. BVG.md 5 and 6
 #pragma once
 
-#include "pbm_format/chunks/stream_rules.h"
+#include "pbm_format/container/layout.h"
 #include "system/byte_source.h"
 
+#include <array>
+#include <memory>
+#include <span>
+
 namespace pbm {
+
+struct ChunkRules; // stream_rules.h
 
 // A subtree of one level, decoded and verified. Pass the same object again to reuse its memory.
 struct Chunk {
@@ -14,6 +20,19 @@ struct Chunk {
     // then leaves points.shadows of the finest level empty, since no chunk below needs them.
     std::array<Bytes, kMaxLights> packed_shadows{};
     bool packs_shadows = false;
+};
+
+// Streams and bricks of a chunk of a mapped file, where they lie. Lit fractions are packed, lowest bits first:
+// BVG.md 6.6
+struct ChunkView : PointView {
+    ByteView masks;
+    std::span<const BrickRecord> bricks;
+    std::array<std::shared_ptr<const void>, 2> owners; // keep the bytes readable; null if the file does
+};
+
+// The bytes of a chunk; the bricks are those of a mapped file.
+struct ChunkBytes {
+    HeldBytes streams, bricks;
 };
 
 // The streams of a chunk in the file.

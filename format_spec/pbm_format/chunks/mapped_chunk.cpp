@@ -1,5 +1,6 @@
 #include "pbm_format/chunks/mapped_chunk.h"
 
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/law/catalogue.h"
 #include "system/threads/per_thread.h"
 

@@ -3,22 +3,9 @@
 
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/chunks/chunk.h"
-
-#include <memory>
+#include "pbm_format/chunks/stream_rules.h"
 
 namespace pbm {
-
-// Streams and bricks of a chunk in the file. Lit fractions are packed, lowest bits first: BVG.md 6.6
-struct ChunkView : PointView {
-    ByteView masks;
-    std::span<const BrickRecord> bricks;
-    std::array<std::shared_ptr<const void>, 2> owners; // keep the bytes readable; null if the file does
-};
-
-// The bytes of a chunk; the bricks are those of a mapped file.
-struct ChunkBytes {
-    HeldBytes streams, bricks;
-};
 
 // The brick records of a chunk in a mapped file; `bricks` is its level's section of bricks.
 FileRange brick_range(const ChunkEntry &entry, const SectionEntry &bricks);

@@ -1,6 +1,7 @@
 #include "pbm_format/container/content_id.h"
 
 #include "pbm_format/container/section_encoder.h"
+#include "pbm_format/hashes/hash.h"
 
 namespace pbm {
 

@@ -1,5 +1,6 @@
 #include "pbm_format/container/layout.h"
 
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/law/catalogue.h"
 
 #include <algorithm>

@@ -12,12 +12,12 @@
 // Only mapped files have bricks.
 #pragma once
 
-#include "pbm_format/container/content_id.h"
 #include "pbm_format/model/model.h"
 #include "system/bytes.h"
 #include "system/error.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 #include <vector>
@@ -46,6 +46,8 @@ inline constexpr std::uint64_t kFieldsFeature = 1;            // optional featur
 inline constexpr std::uint64_t kClosedFeature = 2;            // optional feature bit of closed surfaces
 inline constexpr std::uint32_t kMappedChunksAlignment = 4096; // of their sections of chunks: a page
 inline constexpr std::uint32_t kMappedStreamAlignment = 64;   // of their streams and sections of bricks: a cache line
+
+using ContentId = std::array<std::uint64_t, 2>; // XXH3-128, low half first: content_id.h
 
 struct FileHeader {
     std::uint16_t major = kMajorVersion;
@@ -209,6 +211,22 @@ struct ChunkEntry {
 
 inline constexpr std::size_t kChunkEntryFixedBytes = 48, kBrickRecordBytes = 24;
 std::size_t chunk_entry_bytes(const AttributeSet &set);
+
+inline constexpr std::uint8_t kTwoSidedBrick = 1; // flag: a point of the brick is two-sided
+
+// A brick of a chunk: 8x8x8 nodes of its level (brick_index.h). As stored in the file, 24 bytes.
+struct BrickRecord {
+    std::uint16_t x = 0, y = 0, z = 0; // of the brick in level L - 3
+    std::uint16_t first_point = 0;     // within the chunk
+    std::uint16_t first_node = 0;      // within the chunk: first of the brick's masks
+    std::uint16_t cone_axis = 0;       // normal cone of its points: 5.11.3
+    std::int16_t cone_cosine = kNoCone;
+    std::uint8_t largest_radius = 0; // index
+    std::uint8_t flags = 0;
+    std::uint64_t node_map = 0;
+    bool operator==(const BrickRecord &) const = default;
+};
+static_assert(sizeof(BrickRecord) == kBrickRecordBytes && offsetof(BrickRecord, node_map) == 16);
 
 struct LevelDirectory {
     int level = 0;

@@ -1,5 +1,7 @@
 #include "pbm_format/container/section_encoder.h"
 
+#include "pbm_format/hashes/hash.h"
+
 #include <cassert>
 
 namespace pbm {

@@ -1,4 +1,4 @@
-#include "pbm_format/model/image.h"
+#include "pbm_format/model/model.h"
 
 #include "pbm_format/model/point_values.h"
 

@@ -1,12 +1,12 @@
 // A voxel grid model in memory: the writer's input, and the result of `load_model`.
 #pragma once
 
-#include "pbm_format/model/field.h"
-#include "pbm_format/model/image.h"
 #include "pbm_format/model/octree.h"
 #include "pbm_format/model/streams.h"
+#include "system/bytes.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -93,6 +93,34 @@ struct GroundPlane {
     bool operator==(const GroundPlane &) const = default;
 };
 
+// A raster in memory. BVG.md 3.10
+//
+// Sides are powers of two, so that mip levels are exact. Panoramas are at most kMaxPanoramaWidth wide and half as high;
+// rasters of the ground plane are squares of at most kMaxGroundRaster.
+inline constexpr std::uint32_t kMaxPanoramaWidth = 16384;
+inline constexpr std::uint32_t kMaxGroundRaster = 4096;
+
+struct Image {
+    std::uint32_t width = 0, height = 0;
+    std::uint32_t channels = 1; // 1: values; 3: R, G, B, sRGB
+    Bytes texels;               // [height][width][channels], top row first
+
+    bool empty() const { return texels.empty(); }
+    bool operator==(const Image &) const = default;
+};
+
+// Whether a file can hold a raster of this shape: 1 or 3 channels, powers of two, height <= width <= 2 x height, and
+// width <= kMaxPanoramaWidth.
+bool is_storable(std::uint32_t width, std::uint32_t height, std::uint32_t channels);
+
+// Number of mip levels of a storable raster: from level 0, the raster itself, to the level of height 1.
+int mip_levels(std::uint32_t height);
+
+// The next mip level of a raster of height >= 2: each texel is the mean of 2x2. Three channels are averaged in linear
+// light by the table of 6.3. One channel is averaged directly, even if it holds palette indices, because palettes are
+// ramps. Normative: BVG.md 3.10.14
+Image halved(const Image &finer);
+
 // The rasters of a file. Texel (0, 0) of a raster of the ground plane has the lowest u and v; columns run along u.
 struct ModelImages {
     // Equirectangular, width 2 x height, 3 channels; may be empty. The default camera looks at its middle; top is up.
@@ -101,6 +129,44 @@ struct ModelImages {
     std::vector<Image> ground_lit; // 1 channel, lit fraction x 255; one per light with a shadow stream, or none
     bool operator==(const ModelImages &) const = default;
 };
+
+// Fields: measured quantities of points, such as intensity or class, beside the attributes that every picture needs.
+// BVG.md 17
+//
+//   value of a point = offset + scale x (stored - 1)        stored 1 .. 255 or 65,535; stored 0: the point has no value
+inline constexpr std::size_t kMaxFields = 8;
+inline constexpr std::size_t kMaxFieldName = 32, kMaxFieldUnit = 16; // bytes of UTF-8
+
+// How a node gets its value from the points of the finest level below it that have one. BVG.md 17.3
+enum class FieldAverage : std::uint8_t { mean = 0, majority = 1, maximum = 2 };
+inline constexpr std::size_t kFieldAverages = 3;
+inline std::string_view to_string(FieldAverage average) {
+    constexpr std::array<std::string_view, kFieldAverages> kNames{"mean", "majority", "max"};
+    return kNames[static_cast<std::size_t>(average)];
+}
+
+struct Field {
+    std::string name;       // 1..kMaxFieldName bytes, printable; no two fields of a file have the same
+    std::string unit;       // as people write it, "m"; may be empty
+    double offset = 0;      // value of stored 1; finite
+    double scale = 1;       // step of the values; finite, above 0
+    std::uint8_t bytes = 1; // of a stored value: 1 or 2, little-endian
+    FieldAverage average = FieldAverage::mean;
+    bool operator==(const Field &) const = default;
+
+    std::uint32_t max_stored() const { return bytes == 1 ? 255 : 65535; }
+    double value(std::uint32_t stored) const { return offset + scale * (static_cast<double>(stored) - 1); }
+};
+
+// The stored value of point `i` in a column of a field.
+inline std::uint32_t stored_value(ByteView column, std::size_t i, std::uint8_t bytes) {
+    return bytes == 1 ? column[i] : static_cast<std::uint32_t>(column[2 * i] | column[2 * i + 1] << 8);
+}
+inline void set_stored_value(std::span<std::uint8_t> column, std::size_t i, std::uint8_t bytes, std::uint32_t stored) {
+    column[bytes * i] = static_cast<std::uint8_t>(stored);
+    if (bytes == 2)
+        column[2 * i + 1] = static_cast<std::uint8_t>(stored >> 8);
+}
 
 // All data of a file that affect its pictures, except those per point or per texel.
 struct ModelParameters {

@@ -27,29 +27,6 @@ std::string shape_text(std::uint32_t width, std::uint32_t height, std::uint32_t 
 
 } // namespace
 
-TileGrid::TileGrid(std::uint32_t width, std::uint32_t height, std::uint32_t channels)
-    : width_(width), height_(height), channels_(channels), levels_(mip_levels(height)) {
-    assert(is_storable(width, height, channels));
-    for (int level = levels_ - 1; level >= 0; --level) {
-        first_tile_[static_cast<std::size_t>(level)] = tiles_;
-        tiles_ += std::size_t{tiles_across(level)} * tiles_down(level);
-    }
-}
-
-int TileGrid::level_of(std::size_t tile) const {
-    int level = 0;
-    while (first_tile(level) > tile)
-        ++level;
-    return level;
-}
-
-std::uint64_t TileGrid::texel_bytes() const {
-    std::uint64_t bytes = 0;
-    for (int level = 0; level < levels_; ++level)
-        bytes += std::uint64_t{width(level)} * height(level) * channels_;
-    return bytes;
-}
-
 std::uint64_t image_directory_bytes(const TileGrid &grid) { return kHeadBytes + kTileEntryBytes * grid.tiles(); }
 
 namespace {

@@ -9,12 +9,54 @@
 #pragma once
 
 #include "pbm_format/model/model.h"
-#include "pbm_format/rasters/image_section.h"
+#include "system/byte_source.h"
+#include "system/error.h"
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
 namespace pbm {
+
+struct ImageDirectory; // image_section.h
+
+// Texels per edge of a tile. Levels smaller than that have tiles as small as they are.
+inline constexpr std::uint32_t kTileEdge = 64;
+inline constexpr std::size_t kMaxTileBytes = std::size_t{kTileEdge} * kTileEdge * 3;
+
+// Which tiles a raster has, all levels, and their numbers in the order of the file.
+class TileGrid {
+  public:
+    TileGrid() = default;
+    TileGrid(std::uint32_t width, std::uint32_t height, std::uint32_t channels); // is_storable
+
+    std::uint32_t channels() const { return channels_; }
+    int levels() const { return levels_; }
+    std::uint32_t width(int level) const { return width_ >> level; }
+    std::uint32_t height(int level) const { return height_ >> level; }
+    // Texels of a tile; all tiles of a level are of one size.
+    std::uint32_t tile_width(int level) const { return std::min(kTileEdge, width(level)); }
+    std::uint32_t tile_height(int level) const { return std::min(kTileEdge, height(level)); }
+    std::uint32_t tiles_across(int level) const { return width(level) / tile_width(level); }
+    std::uint32_t tiles_down(int level) const { return height(level) / tile_height(level); }
+    std::size_t tile_bytes(int level) const { return std::size_t{tile_width(level)} * tile_height(level) * channels_; }
+
+    std::size_t tiles() const { return tiles_; }                                                     // of all levels
+    std::size_t first_tile(int level) const { return first_tile_[static_cast<std::size_t>(level)]; } // of a level
+    std::size_t tile_number(int level, std::uint32_t tx, std::uint32_t ty) const {
+        return first_tile(level) + std::size_t{ty} * tiles_across(level) + tx;
+    }
+    int level_of(std::size_t tile) const;
+    std::uint64_t texel_bytes() const; // of all levels
+
+  private:
+    std::uint32_t width_ = 0, height_ = 0, channels_ = 0;
+    int levels_ = 0;
+    std::size_t tiles_ = 0;
+    std::array<std::size_t, 15> first_tile_{}; // [levels]
+};
 
 class TiledImage {
   public:

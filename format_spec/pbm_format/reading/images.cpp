@@ -1,4 +1,6 @@
-#include "pbm_format/reading/images.h"
+#include "pbm_format/rasters/image_section.h"
+#include "pbm_format/rasters/tiled_image.h"
+#include "pbm_format/reading/reader.h"
 
 #include <memory>
 #include <new>

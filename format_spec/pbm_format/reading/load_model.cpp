@@ -1,6 +1,6 @@
 #include "pbm_format/reading/load_model.h"
 
-#include "pbm_format/reading/images.h"
+#include "pbm_format/rasters/tiled_image.h"
 
 namespace pbm {
 

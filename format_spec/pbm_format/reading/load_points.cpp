@@ -1,3 +1,4 @@
+#include "pbm_format/chunks/stream_rules.h"
 #include "pbm_format/law/catalogue.h"
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/load_model.h"

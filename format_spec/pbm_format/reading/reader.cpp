@@ -1,5 +1,8 @@
 #include "pbm_format/reading/reader.h"
 
+#include "pbm_format/chunks/brick_index.h"
+#include "pbm_format/chunks/mapped_chunk.h"
+#include "pbm_format/chunks/stream_rules.h"
 #include "pbm_format/container/file_rules.h"
 
 #include <algorithm>
@@ -174,6 +177,13 @@ Status Reader::check_chunk(int level, std::size_t index, std::optional<Storage> 
     if (storage && *storage != header_.storage())
         return refuse("chunks of packed files are loaded from their bytes, those of mapped files are viewed");
     return {};
+}
+
+ChunkRules Reader::chunk_rules(int level) const {
+    return {.set = parameters_.attributes,
+            .material_count = parameters_.materials.size(),
+            .level = level,
+            .finest = level == depth()};
 }
 
 FileRange Reader::chunk_range(int level, std::size_t index) const {

@@ -15,11 +15,10 @@
 // may not be made, such as a chunk before its directory, is refused with ErrorCode::usage too; ranges are then empty.
 //
 // Each verifies what it hands out. Whether the whole file is valid is asked of `verify` in checking/validate.h.
-// Rasters: images.h. A model as a whole: load_model.h.
+// A model as a whole: load_model.h.
 #pragma once
 
 #include "pbm_format/chunks/chunk.h"
-#include "pbm_format/chunks/mapped_chunk.h"
 #include "pbm_format/container/layout.h"
 #include "pbm_format/model/model.h"
 #include "system/byte_source.h"
@@ -31,6 +30,8 @@
 #include <vector>
 
 namespace pbm {
+
+struct TiledImages; // pbm_format/rasters/tiled_image.h
 
 // Budget for decoded streams, bytes, unless the caller gives another.
 inline constexpr std::uint64_t kDefaultMaxMemory = addressable(std::uint64_t{8} << 30);
@@ -88,12 +89,7 @@ class Reader {
     // The same from the chunk's bytes, with its parent chunk as it was viewed before; null for level 1.
     Result<ChunkView> view_chunk(int level, std::size_t index, const ChunkBytes &bytes, const ChunkView *parent) const;
 
-    ChunkRules chunk_rules(int level) const {
-        return {.set = parameters_.attributes,
-                .material_count = parameters_.materials.size(),
-                .level = level,
-                .finest = level == depth()};
-    }
+    ChunkRules chunk_rules(int level) const;
 
   private:
     explicit Reader(ByteSource file) : source_(std::move(file)) {}
@@ -118,5 +114,15 @@ class Reader {
     std::vector<LevelDirectory> directories_; // [depth + 1]; [0] unused, without chunks where not read yet
     std::vector<VerifiedChunks> verified_;    // [depth + 1]; empty unless the file is mapped and its source whole
 };
+
+// The sections that hold rasters (panorama, texture of the ground plane, lit fractions of the ground plane), in the
+// order of the file. BVG.md 3.10
+std::vector<const SectionEntry *> rasters(const Reader &reader);
+// Headers and tile directories of all rasters: the ranges that `read_images` reads.
+std::vector<FileRange> raster_ranges(const Reader &reader);
+
+// Verifies the tile directories of all rasters. A tile is verified when it is first looked at. The images need the
+// file's bytes, not the reader. Each call opens them anew.
+Result<TiledImages> read_images(const Reader &reader);
 
 } // namespace pbm

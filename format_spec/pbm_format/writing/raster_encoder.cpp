@@ -1,5 +1,6 @@
 #include "pbm_format/writing/raster_encoder.h"
 
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/rasters/image_section.h"
 #include "pbm_format/streams/texel_filter.h"
 #include "pbm_format/writing/frame_encoder.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pbm_format/container/layout.h"
-#include "pbm_format/model/image.h"
+#include "pbm_format/model/model.h"
 
 #include <vector>
 

@@ -1,7 +1,7 @@
 // Filters streams; unfilter.h inverts that. BVG.md 5.8
 #pragma once
 
-#include "pbm_format/model/field.h"
+#include "pbm_format/model/model.h"
 #include "pbm_format/model/streams.h"
 
 #include <optional>

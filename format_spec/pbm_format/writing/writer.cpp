@@ -2,6 +2,7 @@
 
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/chunks/brick_index.h"
+#include "pbm_format/container/content_id.h"
 #include "pbm_format/container/file_rules.h"
 #include "pbm_format/container/section_encoder.h"
 #include "pbm_format/rasters/image_section.h"

@@ -1,10 +1,13 @@
-// What the viewer may edit of a model: no point and no texel depends on it.
+// What the viewer may edit of a model: no point and no texel depends on it. And the options that every renderer takes;
+// those of one renderer are in its own header.
 #pragma once
 
 #include "pbm_format/model/model.h"
 #include "pbm_render/camera/camera.h"
+#include "pbm_render/picture/framebuffer.h"
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -58,5 +61,23 @@ std::vector<Light> lights_to_keep(const Appearance &appearance, const ModelParam
 // Lights that follow the eye turn about the centre of the grid as the eye has turned from front_axes; baked shadows do
 // not apply to them, so that they cast none.
 Appearance seen_from(const EyeAxes &eye, const Grid &grid, Appearance appearance);
+
+// A renderer leaves out what the file does not hold, whatever these options say.
+struct RenderOptions {
+    Rgba8 background{51, 51, 51, 255}; // sRGB; drawn where there is no panorama
+    bool texture = true;               // draw points and ground plane in the colours of their solid texture
+    bool point_colours = true; // draw points without texture in their own colour; false: in that of their material
+    bool shadows = true;       // false: every light reaches every point
+    bool panorama = true;      // the panorama is drawn behind everything
+    bool ground = true;        // the ground plane is drawn
+    bool reflections = true;   // materials with an environment factor reflect the panorama
+    bool operator==(const RenderOptions &) const = default;
+};
+
+struct RenderStatistics {
+    int level = 0;                  // finest detail level drawn
+    std::uint64_t points = 0;       // points of all runs
+    std::uint64_t drawn_points = 0; // those that face the eye and lie in front of it
+};
 
 } // namespace pbm

@@ -1,9 +1,9 @@
 // The runs of a picture and their visible bricks: the first step of every renderer of runs.
 #pragma once
 
+#include "pbm_render/appearance/appearance.h"
 #include "pbm_render/bricks/brick_culling.h"
 #include "pbm_render/bricks/point_ids.h"
-#include "pbm_render/picture/render_options.h"
 
 #include <cstddef>
 #include <cstdint>

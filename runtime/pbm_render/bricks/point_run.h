@@ -2,7 +2,7 @@
 // place of the model once: a run leaves out what finer chunks show.
 #pragma once
 
-#include "pbm_format/chunks/mapped_chunk.h"
+#include "pbm_format/chunks/chunk.h"
 
 #include <cstddef>
 #include <cstdint>

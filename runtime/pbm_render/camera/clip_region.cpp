@@ -1,4 +1,4 @@
-#include "pbm_render/camera/clip_region.h"
+#include "pbm_render/camera/camera.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

@@ -1,4 +1,4 @@
-#include "pbm_render/camera/extent.h"
+#include "pbm_render/camera/framing.h"
 
 #include "pbm_format/model/point_values.h"
 

@@ -25,7 +25,7 @@
 #include "pbm_format/reading/reader.h"
 #include "pbm_render/appearance/field_colours.h"
 #include "pbm_render/bricks/point_run.h"
-#include "pbm_render/camera/extent.h"
+#include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/detail_view.h"
 #include "system/threads/thread_pool.h"
 

@@ -8,6 +8,8 @@
 #include "pbm_render/shading/point_shader.h"
 #include "pbm_render/shading/surface_shader.h"
 #include "pbm_render/splats/brick_bounds.h"
+#include "pbm_render/surroundings/surroundings.h"
+#include "pbm_render/surroundings/surroundings_view.h"
 #include "system/threads/parallel.h"
 #include "system/threads/thread_pool.h"
 

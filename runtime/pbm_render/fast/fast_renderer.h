@@ -5,18 +5,29 @@
 #pragma once
 
 #include "pbm_format/model/model.h"
+#include "pbm_render/appearance/appearance.h"
 #include "pbm_render/bricks/point_run.h"
 #include "pbm_render/camera/camera.h"
 #include "pbm_render/picture/framebuffer.h"
-#include "pbm_render/picture/render_options.h"
-#include "pbm_render/picture/row_tasks.h"
-#include "pbm_render/surroundings/surroundings.h"
 #include "system/threads/thread_pool.h"
 
+#include <cstddef>
+#include <functional>
 #include <memory>
 #include <span>
 
 namespace pbm {
+
+class Surroundings; // pbm_render/surroundings/surroundings.h
+
+// Work on the rows of a picture that are finished while others are still drawn.
+struct RowTasks {
+    std::size_t count = 0;
+    // The task needs all rows of the picture before this one. Ascending.
+    std::function<int(std::size_t task)> end_row = {};
+    // Called once per task, in any order, by thread number `thread` of the renderer's threads.
+    std::function<void(std::size_t task, std::size_t thread)> run = {};
+};
 
 class FastRenderer {
   public:

@@ -7,6 +7,7 @@
 #include "pbm_render/fine/surface_points.h"
 #include "pbm_render/shading/surface_shader.h"
 #include "pbm_render/surroundings/surroundings.h"
+#include "pbm_render/surroundings/surroundings_view.h"
 #include "system/threads/parallel.h"
 
 #include <glm/geometric.hpp>

@@ -15,11 +15,10 @@
 #pragma once
 
 #include "pbm_format/model/model.h"
+#include "pbm_render/appearance/appearance.h"
 #include "pbm_render/bricks/point_run.h"
 #include "pbm_render/camera/camera.h"
 #include "pbm_render/picture/framebuffer.h"
-#include "pbm_render/picture/render_options.h"
-#include "pbm_render/surroundings/surroundings.h"
 #include "system/threads/thread_pool.h"
 
 #include <atomic>
@@ -27,6 +26,8 @@
 #include <span>
 
 namespace pbm {
+
+class Surroundings; // pbm_render/surroundings/surroundings.h
 
 inline constexpr int kDefaultSamples = 8; // per pixel
 

@@ -4,7 +4,6 @@
 #include "pbm_render/appearance/appearance.h"
 #include "pbm_render/bricks/shadow_stream.h"
 #include "pbm_render/fine/surface_buffer.h"
-#include "pbm_render/picture/render_options.h"
 
 #include <array>
 

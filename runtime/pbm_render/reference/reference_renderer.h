@@ -5,10 +5,9 @@
 #pragma once
 
 #include "pbm_format/model/model.h"
+#include "pbm_render/appearance/appearance.h"
 #include "pbm_render/camera/camera.h"
 #include "pbm_render/picture/framebuffer.h"
-#include "pbm_render/picture/render_options.h"
-#include "pbm_render/surroundings/frame_surroundings.h"
 
 #include <array>
 #include <cstdint>
@@ -17,6 +16,8 @@
 #include <vector>
 
 namespace pbm {
+
+class ModelSurroundings; // pbm_render/surroundings/frame_surroundings.h
 
 // Shape of a drawn point: the exact image of a disc, or a stencil from the dissertation's table.
 enum class Splats : std::uint8_t { ellipses, kernels };

@@ -3,10 +3,10 @@
 // Based on: dissertation sections 4.6 and 5.8
 #pragma once
 
+#include "pbm_render/appearance/appearance.h"
 #include "pbm_render/appearance/shade_table.h"
 #include "pbm_render/camera/normal_table.h"
 #include "pbm_render/camera/transform_table.h"
-#include "pbm_render/picture/render_options.h"
 #include "pbm_render/surroundings/frame_surroundings.h"
 
 #include <glm/vec2.hpp>

@@ -2,16 +2,17 @@
 // alone links none of what samples ground plane and panorama.
 #pragma once
 
-#include "pbm_render/appearance/appearance.h"
-#include "pbm_render/camera/transform_table.h"
 #include "pbm_render/picture/framebuffer.h"
-#include "pbm_render/picture/render_options.h"
 
 #include <glm/vec3.hpp>
 
 #include <memory>
 
 namespace pbm {
+
+struct Appearance;
+struct Projection; // pbm_render/camera/transform_table.h
+struct RenderOptions;
 
 // The surroundings in one frame.
 class FrameSurroundings {

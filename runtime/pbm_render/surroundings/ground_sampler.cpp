@@ -1,5 +1,6 @@
 #include "pbm_render/surroundings/ground_sampler.h"
 
+#include "pbm_render/appearance/appearance.h"
 #include "pbm_render/surroundings/panorama_sampler.h"
 #include "pbm_render/surroundings/surroundings.h"
 

@@ -1,6 +1,8 @@
 #include "pbm_render/surroundings/surroundings.h"
 
+#include "pbm_render/appearance/appearance.h"
 #include "pbm_render/appearance/shade_table.h"
+#include "pbm_render/surroundings/surroundings_view.h"
 
 #include <algorithm>
 #include <cmath>
@@ -105,10 +107,12 @@ const ColourTable &colour_table() {
 Surroundings::Surroundings(const ModelParameters &parameters, TiledImages images)
     : parameters_(parameters), images_(std::move(images)) {
     if (images_.panorama)
-        panorama_.emplace(images_.panorama, parameters_.grid.up);
+        panorama_ = std::make_unique<PanoramaSampler>(images_.panorama, parameters_.grid.up);
     if (parameters_.ground)
-        ground_.emplace(parameters_, images_);
+        ground_ = std::make_unique<GroundSampler>(parameters_, images_);
 }
+
+Surroundings::~Surroundings() = default;
 
 std::unique_ptr<const FrameSurroundings>
 Surroundings::in_frame(const Appearance &appearance, const Projection &projection, const RenderOptions &options) const {
@@ -152,13 +156,13 @@ SurroundingsView::SurroundingsView(const Surroundings *surroundings, const Appea
     if (surroundings == nullptr)
         return;
     if (surroundings->panorama_ && options.panorama)
-        panorama_ = &*surroundings->panorama_;
+        panorama_ = surroundings->panorama_.get();
     if (surroundings->panorama_ && options.reflections)
-        mirrored_ = &*surroundings->panorama_;
+        mirrored_ = surroundings->panorama_.get();
     if (surroundings->ground_ && options.ground) {
         ground_frame_ = surroundings->ground_->frame(appearance, projection, options.shadows, options.texture);
         if (ground_frame_.is_seen)
-            ground_ = &*surroundings->ground_;
+            ground_ = surroundings->ground_.get();
         ground_frame_.mirror = mirrored_ != nullptr ? ground_frame_.material.environment : 0;
     }
 }

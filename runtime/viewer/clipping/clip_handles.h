@@ -5,7 +5,7 @@
 #pragma once
 
 #include "pbm_render/camera/camera.h"
-#include "pbm_render/camera/extent.h"
+#include "pbm_render/camera/framing.h"
 #include "viewer/measure/picture_space.h"
 
 #include <array>

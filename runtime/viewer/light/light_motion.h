@@ -3,7 +3,7 @@
 
 #include "pbm_format/model/model.h"
 #include "pbm_render/camera/camera.h"
-#include "pbm_render/camera/extent.h"
+#include "pbm_render/camera/framing.h"
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>

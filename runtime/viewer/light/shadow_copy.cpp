@@ -1,7 +1,7 @@
 #include "viewer/light/shadow_copy.h"
 
-#include "pbm_bake/lit_levels.h"
-#include "pbm_format/reading/images.h"
+#include "pbm_bake/shadow_baker.h"
+#include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_render/surroundings/texel_levels.h"
 

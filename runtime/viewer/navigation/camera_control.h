@@ -10,7 +10,7 @@
 #pragma once
 
 #include "pbm_render/camera/camera.h"
-#include "pbm_render/camera/extent.h"
+#include "pbm_render/camera/framing.h"
 
 #include <glm/vec2.hpp>
 

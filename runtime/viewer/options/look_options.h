@@ -4,7 +4,6 @@
 #include "pbm_render/appearance/appearance.h"
 #include "pbm_render/appearance/field_colours.h"
 #include "pbm_render/fine/fine_renderer.h"
-#include "pbm_render/picture/render_options.h"
 #include "pbm_render/shading/depth_cue.h"
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // Parses values of options: resolutions, vectors, colours, angles.
 #pragma once
 
-#include "pbm_render/camera/clip_region.h"
+#include "pbm_render/camera/camera.h"
 #include "pbm_render/picture/framebuffer.h"
 #include "system/error.h"
 #include "viewer/options/look_options.h"

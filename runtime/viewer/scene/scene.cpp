@@ -1,6 +1,6 @@
 #include "viewer/scene/scene.h"
 
-#include "pbm_format/reading/images.h"
+#include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
 #include "viewer/scene/field_choice.h"
 

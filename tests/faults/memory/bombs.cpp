@@ -7,6 +7,8 @@
 #include "judge.h"
 
 #include "pbm_format/container/section_encoder.h"
+#include "pbm_format/rasters/image_section.h"
+#include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
 #include "unit/support/file_editor.h"
 

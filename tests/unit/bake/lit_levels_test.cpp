@@ -1,5 +1,5 @@
 // Lit fractions of coarser levels are those that a writer stores.
-#include "pbm_bake/lit_levels.h"
+#include "pbm_bake/shadow_baker.h"
 
 #include "unit/support/test_models.h"
 

@@ -1,5 +1,6 @@
 // Shadows of points: simple scenes, every kind of light, odd lights and odd models.
 #include "pbm_format/hashes/hash.h"
+#include "pbm_surface/carried_offsets.h"
 #include "unit/bake/test_scenes.h"
 
 #include <gtest/gtest.h>

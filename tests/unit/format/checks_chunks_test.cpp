@@ -1,4 +1,5 @@
 // Single checks of chunks, frames, planes, bricks and rasters. checks_test.cpp has header, sections and directories.
+#include "pbm_format/hashes/hash.h"
 #include "pbm_format/reading/load_model.h"
 #include "unit/format/checks_alone.h"
 

@@ -1,7 +1,7 @@
 // Golden files: every later version reads them with the same content. format_spec/golden/README.md
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/hashes/hash.h"
-#include "pbm_format/reading/images.h"
+#include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
 #include "system/files/mapped_file.h"
 

@@ -1,7 +1,8 @@
 // Rasters with mip levels in tiles: BVG.md 3.10.
 #include "pbm_format/checking/validate.h"
+#include "pbm_format/hashes/hash.h"
+#include "pbm_format/rasters/image_section.h"
 #include "pbm_format/rasters/tiled_image.h"
-#include "pbm_format/reading/images.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/raster_encoder.h"
 #include "pbm_format/writing/writer.h"

@@ -1,5 +1,6 @@
 // Mirrors, solid texture and render options: both renderers, any number of threads.
-#include "pbm_format/reading/images.h"
+#include "pbm_format/rasters/tiled_image.h"
+#include "pbm_format/reading/reader.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "unit/render/surroundings_test_model.h"
 

@@ -1,4 +1,3 @@
-#include "pbm_render/camera/clip_region.h"
 
 #include "pbm_render/camera/camera.h"
 #include "pbm_render/camera/unit_grid.h"

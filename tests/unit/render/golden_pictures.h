@@ -2,13 +2,14 @@
 #pragma once
 
 #include "pbm_format/hashes/hash.h"
-#include "pbm_format/reading/images.h"
+#include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/reference/reference_renderer.h"
+#include "pbm_render/surroundings/surroundings.h"
 #include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>

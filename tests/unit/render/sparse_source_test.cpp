@@ -1,11 +1,12 @@
 // Pictures of a file of which only some byte ranges have arrived.
-#include "pbm_format/reading/images.h"
+#include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 #include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/reference/reference_renderer.h"
+#include "pbm_render/surroundings/surroundings.h"
 #include "system/files/mapped_file.h"
 #include "unit/render/test_model.h"
 #include "unit/support/network_file.h"

@@ -1,6 +1,9 @@
 // Panorama and ground plane: pixels that miss the object, against values that follow from geometry.
 #include "pbm_render/appearance/shade_table.h"
 #include "pbm_render/camera/unit_grid.h"
+#include "pbm_render/surroundings/panorama_sampler.h"
+#include "pbm_render/surroundings/surroundings_view.h"
+#include "pbm_render/surroundings/texel_levels.h"
 #include "unit/render/surroundings_test_model.h"
 
 #include <gtest/gtest.h>

@@ -2,6 +2,7 @@
 #include "pbm_scan/formats.h"
 
 #include "command_line/scan_extensions.h"
+#include "pbm_scan/surface_reader.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +12,12 @@
 #include <vector>
 
 namespace {
+
+TEST(ScanFormats, AreFoundByName) {
+    for (const pbm::build::ScanFormat &format : pbm::build::scan_formats())
+        EXPECT_EQ(pbm::build::find_format(format.name), &format);
+    EXPECT_EQ(pbm::build::find_format("bvg"), nullptr);
+}
 
 TEST(ScanFormats, FileDialogsAndFoldersShowWhatCanBeRead) {
     std::vector<std::string> read;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "pbm_format/container/layout.h"
+#include "pbm_format/hashes/hash.h"
 
 #include <cstring>
 #include <utility>

@@ -1,7 +1,8 @@
 // A simulated remote file: only fetched ranges are available.
 #pragma once
 
-#include "pbm_format/reading/images.h"
+#include "pbm_format/rasters/tiled_image.h"
+#include "pbm_format/reading/reader.h"
 
 #include <gtest/gtest.h>
 

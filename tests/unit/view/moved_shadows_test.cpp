@@ -2,7 +2,7 @@
 #include "viewer/light/moved_shadows.h"
 #include "viewer/light/scene_saver.h"
 
-#include "pbm_bake/lit_levels.h"
+#include "pbm_bake/shadow_baker.h"
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/writing/writer.h"
 #include "system/files/file_replacement.h"

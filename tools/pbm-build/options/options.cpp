@@ -4,6 +4,7 @@
 #include "pbm_build/upsampling/upsample.h"
 #include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/formats.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/table/text_cloud.h"
 #include "pbm_scan/text/text_number.h"
 #include "pbm_scan/text/words.h"

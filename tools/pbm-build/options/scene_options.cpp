@@ -2,6 +2,7 @@
 
 #include "pbm_bake/shadow_baker.h"
 #include "pbm_build/scene/material_request.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 #include "system/files/file_names.h"
 

@@ -1,6 +1,7 @@
 #include "pbm_build/metadata.h"
 
 #include "pbm_format/container/layout.h"
+#include "pbm_scan/surface/refusal.h"
 
 #include <nlohmann/json.hpp>
 

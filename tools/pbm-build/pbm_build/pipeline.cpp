@@ -14,6 +14,7 @@
 #include "pbm_build/voxels/sample_points.h"
 #include "pbm_build/voxels/voxelize.h"
 #include "pbm_format/reading/reader.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/surface_reader.h"
 #include "pbm_scan/text/printable.h"
 #include "system/files/mapped_file.h"

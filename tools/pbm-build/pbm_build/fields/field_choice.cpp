@@ -1,6 +1,7 @@
 #include "pbm_build/fields/field_choice.h"
 
 #include "pbm_scan/fields/field_column.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_number.h"
 #include "pbm_scan/text/words.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pbm_build/report/build_statistics.h"
-#include "pbm_format/model/field.h"
+#include "pbm_format/model/model.h"
 #include "pbm_scan/surface/surface.h"
 
 #include <array>

@@ -1,5 +1,6 @@
 #include "pbm_build/grid/examine_surface.h"
 
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 
 #include <glm/geometric.hpp>

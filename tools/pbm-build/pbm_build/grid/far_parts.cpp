@@ -2,6 +2,7 @@
 
 #include "pbm_build/grid/grid_choice.h"
 #include "pbm_build/surface/face_normal.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 #include "system/bytes.h"
 

@@ -4,6 +4,7 @@
 #include "pbm_build/grid/radix_sort.h"
 #include "pbm_build/surface/face_normal.h"
 #include "pbm_format/reading/reader.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 #include "system/files/mapped_file.h"
 #include "system/threads/parallel.h"

@@ -4,6 +4,7 @@
 #include "pbm_build/images/texture_pyramid.h"
 #include "pbm_build/surface/face_normal.h"
 #include "pbm_build/surface/material_colours.h"
+#include "pbm_scan/surface/refusal.h"
 
 #include <algorithm>
 #include <cmath>

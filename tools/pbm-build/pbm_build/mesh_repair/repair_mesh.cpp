@@ -2,6 +2,7 @@
 
 #include "pbm_build/mesh_repair/fill_holes.h"
 #include "pbm_build/mesh_repair/mesh_report.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_number.h"
 

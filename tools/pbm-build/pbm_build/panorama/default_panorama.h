@@ -1,7 +1,7 @@
 // The default panorama, procedural: an open plain under a bright sky. BVG.md 3.10
 #pragma once
 
-#include "pbm_format/model/image.h"
+#include "pbm_format/model/model.h"
 
 #include <cstdint>
 

@@ -2,7 +2,7 @@
 // .pbvg file can store. BVG.md 3.10
 #pragma once
 
-#include "pbm_format/model/image.h"
+#include "pbm_format/model/model.h"
 #include "system/error.h"
 
 #include <cstdint>

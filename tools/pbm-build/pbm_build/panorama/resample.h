@@ -1,7 +1,7 @@
 // Resamples equirectangular rasters: a tent filter in linear light, in integers.
 #pragma once
 
-#include "pbm_format/model/image.h"
+#include "pbm_format/model/model.h"
 
 #include <cstdint>
 #include <deque>

@@ -1,5 +1,6 @@
 #include "pbm_build/report/build_statistics.h"
 
+#include "pbm_scan/surface/refusal.h"
 #include "system/processes/this_process.h"
 
 #include <algorithm>

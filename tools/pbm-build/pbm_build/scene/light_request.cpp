@@ -1,5 +1,7 @@
 #include "pbm_build/scene/light_request.h"
 
+#include "pbm_scan/surface/refusal.h"
+
 #include <glm/geometric.hpp>
 
 #include <algorithm>

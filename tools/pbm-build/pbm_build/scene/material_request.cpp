@@ -1,6 +1,7 @@
 #include "pbm_build/scene/material_request.h"
 
 #include "pbm_format/model/material_presets.h"
+#include "pbm_scan/surface/refusal.h"
 
 #include <algorithm>
 

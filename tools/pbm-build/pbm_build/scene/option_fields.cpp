@@ -1,5 +1,6 @@
 #include "pbm_build/scene/option_fields.h"
 
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_number.h"
 
 #include <algorithm>

@@ -2,6 +2,7 @@
 
 #include "pbm_bake/shadow_baker.h"
 #include "pbm_build/panorama/default_panorama.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 
 #include <glm/geometric.hpp>

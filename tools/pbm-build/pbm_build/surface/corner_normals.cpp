@@ -2,6 +2,7 @@
 
 #include "pbm_build/surface/face_normal.h"
 #include "pbm_build/surface/faces_of_vertices.h"
+#include "pbm_scan/surface/refusal.h"
 #include "system/threads/parallel.h"
 
 #include <glm/common.hpp>

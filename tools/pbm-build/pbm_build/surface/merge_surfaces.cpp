@@ -3,6 +3,7 @@
 #include "pbm_build/surface/creases.h"
 #include "pbm_build/surface/vertex_normals.h"
 #include "pbm_format/model/streams.h"
+#include "pbm_scan/surface/refusal.h"
 #include "system/free_memory.h"
 
 #include <algorithm>

@@ -3,7 +3,6 @@
 // Based on: Perlin. An Image Synthesizer. 1985; Peachey. Solid Texturing of Complex Surfaces. 1985
 #pragma once
 
-#include "pbm_format/model/image.h"
 #include "pbm_format/model/model.h"
 #include "system/error.h"
 

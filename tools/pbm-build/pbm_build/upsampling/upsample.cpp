@@ -5,6 +5,7 @@
 #include "pbm_build/radii/tangent_cell.h"
 #include "pbm_build/upsampling/moving_least_squares.h"
 #include "pbm_build/voxels/sample.h"
+#include "pbm_scan/surface/refusal.h"
 #include "system/free_memory.h"
 #include "system/threads/parallel.h"
 

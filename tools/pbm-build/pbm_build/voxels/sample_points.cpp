@@ -2,6 +2,7 @@
 
 #include "pbm_build/grid/lattice_triangle.h"
 #include "pbm_build/voxels/triangle_voxels.h"
+#include "pbm_scan/surface/refusal.h"
 #include "system/threads/parallel.h"
 
 #include <glm/common.hpp>

@@ -1,0 +1,158 @@
+#include "pbm_scan/fields/field_column.h"
+
+#include "pbm_scan/surface/refusal.h"
+#include "pbm_scan/text/printable.h"
+#include "pbm_scan/text/words.h"
+#include "system/files/file_names.h"
+
+#include <algorithm>
+#include <charconv>
+#include <unordered_map>
+
+namespace pbm::build {
+namespace {
+
+// As --field can write it.
+std::string writable(std::string_view name) {
+    std::string text(name);
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c == ',' || c == '='; }, '_');
+    return text;
+}
+
+std::string folded_name(std::string_view name) {
+    std::string folded = writable(lower_case(name));
+    std::replace_if(
+        folded.begin(), folded.end(), [](char c) { return c == ' ' || c == '-'; }, '_');
+    return folded;
+}
+
+// A folded name without prefixes.
+std::string plain_name(std::string folded) {
+    if (folded.starts_with("vertex."))
+        folded.erase(0, folded.find('.') + 1);
+    folded.erase(0, folded.find(':') + 1);
+    if (folded.starts_with("scalar_"))
+        folded.erase(0, folded.find('_') + 1);
+    return folded;
+}
+
+// LAS 1.4 R15, table 17
+struct ClassName {
+    std::string_view name;
+    std::array<int, 3> classes; // -1: none
+};
+constexpr std::array kClassNames{
+    ClassName{"created", {0, -1, -1}},   ClassName{"unclassified", {1, -1, -1}}, ClassName{"ground", {2, -1, -1}},
+    ClassName{"vegetation", {3, 4, 5}},  ClassName{"building", {6, -1, -1}},     ClassName{"noise", {7, 18, -1}},
+    ClassName{"key_point", {8, -1, -1}}, ClassName{"water", {9, -1, -1}},        ClassName{"rail", {10, -1, -1}},
+    ClassName{"road", {11, -1, -1}},     ClassName{"overlap", {12, -1, -1}},     ClassName{"wire", {13, 14, 16}},
+    ClassName{"tower", {15, -1, -1}},    ClassName{"bridge", {17, -1, -1}}};
+
+bool add_classes(std::string_view word, std::bitset<256> &classes) {
+    unsigned number = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+    if (error == std::errc() && end == word.data() + word.size()) {
+        if (number > 255)
+            return false;
+        classes.set(number);
+        return true;
+    }
+    const auto *const found = std::find_if(kClassNames.begin(), kClassNames.end(),
+                                           [&](const ClassName &known) { return known.name == folded_name(word); });
+    if (found == kClassNames.end())
+        return false;
+    for (const int number_of_class : found->classes)
+        if (number_of_class >= 0)
+            classes.set(static_cast<std::size_t>(number_of_class));
+    return true;
+}
+
+} // namespace
+
+int likeness(std::string_view wanted, std::string_view in_file) {
+    if (wanted == in_file)
+        return 4;
+    const std::string want = folded_name(wanted), folded = folded_name(in_file), plain = plain_name(folded);
+    return want == folded ? 3 : want == plain ? 2 : plain_name(want) == plain ? 1 : 0;
+}
+
+bool is_label(std::string_view name) {
+    const std::string plain = plain_name(folded_name(name));
+    constexpr std::array<std::string_view, 10> kLabels{
+        "classification",    "class",        "label",     "segment", "cluster", "return_number",
+        "number_of_returns", "point_source", "user_data", "id"};
+    return std::find(kLabels.begin(), kLabels.end(), plain) != kLabels.end() || plain.ends_with("_id") ||
+           plain.ends_with("_label") || plain.ends_with("_class");
+}
+
+Result<std::bitset<256>> parse_classes(const std::string &list) {
+    std::bitset<256> classes;
+    for (const std::string_view part : split(list))
+        if (!add_classes(part, classes))
+            return usage(
+                "'" + printable(list) +
+                "' is no list of classes; write numbers from 0 to 255, or ground, vegetation, building, noise, "
+                "water, rail, road, wire, tower, bridge, overlap, unclassified, with commas between them");
+    return classes;
+}
+
+std::vector<FieldColumn> field_columns(Surface &surface, const ReadOptions &options,
+                                       std::span<const FieldOffer> offers) {
+    std::vector<std::vector<std::size_t>> slots(offers.size());
+    const auto give = [&](std::size_t slot, std::string_view name) {
+        int best = 0;
+        std::size_t found = 0;
+        for (std::size_t i = 0; i < offers.size(); ++i)
+            if (const int fit = likeness(name, offers[i].name); fit > best) {
+                best = fit;
+                found = i;
+            }
+        if (best == 0)
+            return false;
+        surface.field_units[slot] = std::string(offers[found].unit);
+        slots[found].push_back(slot);
+        return true;
+    };
+    for (std::size_t slot = 0; slot < options.fields.size(); ++slot)
+        give(slot, options.fields[slot]);
+    if (options.dropped_classes.any() && !give(kMaxFields, "classification"))
+        give(kMaxFields, "class");
+    std::vector<FieldColumn> columns;
+    columns.reserve(offers.size());
+    for (std::size_t i = 0; i < offers.size(); ++i) {
+        columns.emplace_back(surface, std::move(slots[i]));
+        surface.offered_fields.push_back(writable(offers[i].name));
+    }
+    return columns;
+}
+
+FieldColumn field_column(Surface &surface, const ReadOptions &options, std::string_view name) {
+    const FieldOffer offer{name};
+    return field_columns(surface, options, {&offer, 1}).front();
+}
+
+void make_distinct(std::vector<std::string> &names) {
+    std::unordered_map<std::string, int> uses; // of the names as they are given; 0: not yet
+    for (const std::string &name : names)
+        uses.emplace(name, 0);
+    for (std::string &name : names) {
+        int &number = uses[name];
+        if (++number == 1 || name == kSkippedColumn)
+            continue;
+        std::string next;
+        do
+            next = name + "_" + std::to_string(number++);
+        while (uses.contains(next));
+        --number;
+        name = std::move(next);
+    }
+}
+
+AttributeReport field_report(const std::string &name, const FieldColumn &column, std::string_view reason) {
+    if (column.is_wanted())
+        return {name, Fate::kept, column.note()};
+    return {name, Fate::dropped, std::string(reason) + "; --field keeps it"};
+}
+
+} // namespace pbm::build

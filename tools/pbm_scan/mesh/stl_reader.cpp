@@ -1,0 +1,254 @@
+#include "pbm_scan/mesh/mesh_reader.h"
+#include "pbm_scan/surface/refusal.h"
+#include "pbm_scan/text/text_lines.h"
+#include "system/bytes.h"
+#include "system/free_memory.h"
+
+#include <array>
+#include <bit>
+#include <numeric>
+#include <optional>
+
+namespace pbm::build {
+namespace {
+
+constexpr std::size_t kHeaderSize = 84; // of binary STL: 80 bytes of anything, the number of facets
+constexpr std::size_t kFacetSize = 50;  // normal and three corners as floats, two bytes of attributes
+
+// Of a file that has a header.
+std::uint32_t announced_facets(std::span<const std::uint8_t> bytes) { return load<std::uint32_t>(bytes.data() + 80); }
+
+// Whether the file's size fits its number of facets, which identifies binary files that begin with "solid".
+bool has_size_of_binary(std::span<const std::uint8_t> bytes) {
+    return bytes.size() >= kHeaderSize && (bytes.size() - kHeaderSize) % kFacetSize == 0 &&
+           (bytes.size() - kHeaderSize) / kFacetSize == announced_facets(bytes);
+}
+
+// Whether the file is text: it begins with "solid", and has no NUL within the size of a binary header.
+bool says_solid(std::span<const std::uint8_t> bytes) {
+    const std::span<const std::uint8_t> head = bytes.first(std::min(bytes.size(), kHeaderSize));
+    if (head.size() == kHeaderSize && std::find(head.begin(), head.end(), std::uint8_t{0}) != head.end())
+        return false;
+    std::size_t at = 0;
+    while (at < bytes.size() && ends_word(static_cast<char>(bytes[at])))
+        ++at;
+    const std::string_view word = as_text(bytes.subspan(at, std::min<std::size_t>(5, bytes.size() - at)));
+    return same_word(word, "solid");
+}
+
+// The facets of a file in either encoding.
+struct Facets {
+    std::vector<glm::dvec3> corners; // three of each, all finite
+    std::uint64_t dropped = 0;       // not finite
+    std::vector<AttributeReport> report;
+};
+
+Facets read_binary(std::span<const std::uint8_t> bytes) {
+    Facets out;
+    out.corners.reserve((bytes.size() - kHeaderSize) / kFacetSize * 3);
+    bool attributes = false;
+    for (std::size_t at = kHeaderSize; at < bytes.size(); at += kFacetSize) {
+        const auto corners = load<std::array<float, 9>>(bytes.data() + at + 12);
+        attributes = attributes || bytes[at + 48] != 0 || bytes[at + 49] != 0;
+        if (!std::all_of(corners.begin(), corners.end(), [](float value) { return std::isfinite(value); })) {
+            ++out.dropped;
+            continue;
+        }
+        for (std::size_t i = 0; i < 9; i += 3)
+            out.corners.emplace_back(corners[i], corners[i + 1], corners[i + 2]);
+    }
+    if (attributes)
+        drop_once(out.report, "attribute bytes", "colours of binary STL have no agreed meaning");
+    return out;
+}
+
+std::uint64_t hash_of(const glm::dvec3 &p) {
+    constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15;
+    std::uint64_t hash = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        hash = (hash ^ std::bit_cast<std::uint64_t>(p[axis] + 0.0)) * kOdd; // + 0.0: -0 is 0
+        hash ^= hash >> 32;
+    }
+    return hash;
+}
+
+// The first corner that equals each, by a table of hashes. Nothing if too many corners share a hash: a hostile file
+// could make all of them equal.
+std::optional<std::vector<std::uint32_t>> first_equals(std::span<const glm::dvec3> corners) {
+    constexpr std::size_t kMostProbes = 256;
+    constexpr std::uint32_t kEmpty = 0xFFFFFFFF;
+    const std::size_t size = std::bit_ceil(corners.size() + corners.size() / 2 + 1);
+    std::vector<std::uint32_t> table(size, kEmpty), first(corners.size());
+    for (std::uint32_t i = 0; i < corners.size(); ++i) {
+        std::size_t at = hash_of(corners[i]) & (size - 1), probes = 0;
+        while (table[at] != kEmpty && corners[table[at]] != corners[i]) {
+            at = (at + 1) & (size - 1);
+            if (++probes == kMostProbes)
+                return std::nullopt;
+        }
+        if (table[at] == kEmpty)
+            table[at] = i;
+        first[i] = table[at];
+    }
+    return first;
+}
+
+// The same by sorting.
+std::vector<std::uint32_t> sorted_first_equals(std::span<const glm::dvec3> corners) {
+    const auto before = [&](std::uint32_t a, std::uint32_t b) {
+        const glm::dvec3 &p = corners[a], &q = corners[b];
+        return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.z != q.z ? p.z < q.z : a < b;
+    };
+    std::vector<std::uint32_t> order(corners.size()), first(corners.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::sort(order.begin(), order.end(), before);
+    for (std::size_t i = 0, same = 0; i < order.size(); ++i) {
+        same = corners[order[i]] == corners[order[same]] ? same : i;
+        first[order[i]] = order[same];
+    }
+    return first;
+}
+
+// Welds corners with equal coordinates: returns the vertex of each corner, numbered in the order of the file.
+std::vector<std::uint32_t> weld(std::span<const glm::dvec3> corners, std::vector<glm::dvec3> &vertices) {
+    auto by_hash = first_equals(corners);
+    std::vector<std::uint32_t> numbers = by_hash ? std::move(*by_hash) : sorted_first_equals(corners);
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        if (numbers[i] == i) {
+            numbers[i] = static_cast<std::uint32_t>(vertices.size());
+            vertices.push_back(corners[i]);
+        } else {
+            numbers[i] = numbers[numbers[i]];
+        }
+    }
+    return numbers;
+}
+
+class AsciiFacets {
+  public:
+    AsciiFacets(std::string_view text, const ReadOptions &options)
+        : size_(text.size()), progress_(options.progress), lines_(text) {}
+
+    Result<Facets> run() {
+        bool inside = false;
+        while (lines_.next_with_words(false)) {
+            const std::string_view keyword = lines_.word();
+            if (same_word(keyword, "solid") && !inside) {
+                inside = true;
+            } else if (same_word(keyword, "endsolid") && inside) {
+                inside = false;
+            } else if (same_word(keyword, "facet") && inside) {
+                if (const Status status = facet(); !status)
+                    return status.error();
+            } else if (same_word(keyword, "color")) {
+                drop_once(out_.report, "colours", "colours of STL have no agreed meaning");
+            } else {
+                return lines_.refuse(printable_in_quotes(keyword) + " does not belong here; the file is damaged");
+            }
+        }
+        if (inside)
+            return bad_input("the file has no 'endsolid': it is cut short; copy or export it again", size_);
+        return std::move(out_);
+    }
+
+  private:
+    Status facet() {
+        constexpr std::array<std::string_view, 6> kLines{"outer", "vertex", "vertex", "vertex", "endloop", "endfacet"};
+        std::array<glm::dvec3, 3> corners{};
+        std::size_t corner = 0;
+        bool finite = true;
+        for (const std::string_view expected : kLines) {
+            if (!lines_.next_with_words(false))
+                return lines_.refuse("the file ends inside a facet: it is cut short; copy or export it again");
+            const std::string_view keyword = lines_.word();
+            if (!same_word(keyword, expected))
+                return lines_.refuse(printable_in_quotes(keyword) + " where '" + std::string(expected) +
+                                     "' belongs; STL holds triangles only");
+            if (expected != "vertex")
+                continue;
+            for (int i = 0; i < 3; ++i) {
+                const std::string_view word = lines_.word();
+                double value = 0;
+                if (!is_number(word, value))
+                    return lines_.refuse(word.empty() ? "a vertex of fewer than three numbers"
+                                                      : printable_in_quotes(word) + " is not a number");
+                finite = finite && std::isfinite(value);
+                corners[corner][i] = value;
+            }
+            ++corner;
+        }
+        if (!finite) {
+            ++out_.dropped;
+            return {};
+        }
+        if (out_.corners.size() > kMaxVertices - 3)
+            return lines_.refuse("more than 2^31 - 1 corners; split the scan", ErrorCode::too_large);
+        out_.corners.insert(out_.corners.end(), corners.begin(), corners.end());
+        constexpr std::size_t kReported = 3 << 16;
+        if (progress_ && out_.corners.size() % kReported == 0)
+            progress_(0.7 * static_cast<double>(lines_.offset()) / static_cast<double>(size_));
+        return {};
+    }
+
+    std::size_t size_;
+    const std::function<void(double)> &progress_;
+    Lines lines_;
+    Facets out_;
+};
+
+Result<Facets> read_facets(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
+    if (has_size_of_binary(bytes)) {
+        if (announced_facets(bytes) > kMaxVertices / 3)
+            return too_large("more than 2^31 - 1 corners; split the scan", 80);
+        return read_binary(bytes);
+    }
+    if (says_solid(bytes)) {
+        if (const Status status = refuse_nul(as_text(bytes)); !status)
+            return status.error();
+        std::string storage;
+        return AsciiFacets(with_line_feeds(as_text(bytes), storage), options).run();
+    }
+    if (bytes.size() < kHeaderSize)
+        return bad_input("not an STL file: shorter than a binary header, and no 'solid'", bytes.size());
+    return bad_input("binary STL of " + std::to_string(announced_facets(bytes)) + " facets must have " +
+                         std::to_string(kHeaderSize + kFacetSize * std::uint64_t{announced_facets(bytes)}) +
+                         " bytes, but has " + std::to_string(bytes.size()) +
+                         ": it is cut short or damaged; copy or export it again",
+                     80);
+}
+
+} // namespace
+
+bool is_stl(std::span<const std::uint8_t> bytes) {
+    const std::string_view text = as_text(bytes).substr(0, 6);
+    return text == "solid " || text == "solid\n" || text == "solid\r" || has_size_of_binary(bytes);
+}
+
+Result<Surface> read_stl(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
+    Result<Facets> facets = read_facets(bytes, options);
+    if (!facets)
+        return facets.error();
+    Surface surface;
+    surface.has_facets = true;
+    surface.dropped_triangles = facets->dropped;
+    const std::vector<std::uint32_t> vertices = weld(facets->corners, surface.positions);
+    free_memory(facets->corners);
+    surface.triangles.reserve(vertices.size() / 3);
+    for (std::size_t i = 0; i < vertices.size(); i += 3) {
+        const glm::uvec3 t(vertices[i], vertices[i + 1], vertices[i + 2]);
+        if (t.x == t.y || t.y == t.z || t.x == t.z)
+            ++surface.dropped_triangles;
+        else
+            surface.triangles.push_back(t);
+    }
+    if (options.progress)
+        options.progress(1.0);
+    surface.report.push_back({"positions", Fate::kept, "equal corners welded"});
+    if (!surface.triangles.empty() || surface.dropped_triangles != 0)
+        surface.report.push_back({"faces", Fate::kept, "polygons as triangles"});
+    surface.report.push_back({"facet normals", Fate::converted, "follow from the corners"});
+    surface.report.insert(surface.report.end(), facets->report.begin(), facets->report.end());
+    return finished(std::move(surface), options);
+}
+
+} // namespace pbm::build

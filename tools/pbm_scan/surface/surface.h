@@ -1,0 +1,216 @@
+// A scan as plain arrays: the result of every reader, and the input of the pipeline.
+#pragma once
+
+#include "pbm_format/model/model.h"
+#include "pbm_scan/surface/attribute_report.h"
+#include "system/error.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bitset>
+#include <compare>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pbm::build {
+
+// How an image goes on beyond its edges.
+enum class Wrap : std::uint8_t { repeat, mirror, clamp };
+
+// How an image colours triangles.
+struct TextureUse {
+    std::array<Wrap, 2> wrap{}; // to the right, downwards
+    bool is_tinted = false;     // the colours of the vertices multiply it
+    float least_opacity = 0;    // 0..1: texels of less cut holes
+    auto operator<=>(const TextureUse &) const = default;
+};
+
+// An image that colours triangles.
+struct Texture {
+    std::uint32_t width = 0, height = 0;
+    std::vector<std::array<std::uint8_t, 4>> texels; // [height][width], top row first; sRGB and opacity
+    TextureUse use{};
+};
+
+// Places in the image at the corners of a triangle: x to the right, y downwards, 1 at the image's opposite edge.
+using TextureCorners = std::array<glm::vec2, 3>;
+
+// The value of a field at a vertex; NaN: none.
+struct FieldValue {
+    double number = std::numeric_limits<double>::quiet_NaN();
+};
+inline constexpr std::size_t kFieldSlots = kMaxFields + 1; // the last one: the classes for ReadOptions::dropped_classes
+
+inline constexpr std::uint16_t kNoStation = 0xffff; // it is not known where the scanner stood
+
+// Arrays run in parallel with `positions`, or are empty where the input has no such attribute.
+struct Surface {
+    std::string name;                       // which of several inputs, for reports; empty where there is only one
+    std::vector<glm::dvec3> positions;      // model units, all finite
+    std::vector<glm::uvec3> triangles;      // indices < positions.size(), three different ones; wound as in the file
+    std::vector<glm::vec3> normals;         // as given, any length; zero length means "none here"
+    std::vector<Rgb8> colours;              // sRGB
+    std::vector<float> radii;               // splat radius, model units; 0: none here
+    std::vector<std::uint8_t> two_sided;    // 1: the point shows both of its sides
+    std::vector<std::uint8_t> material_ids; // < materials.size()
+    std::vector<Material> materials;        // empty: the default material
+    std::vector<std::uint16_t> station_ids; // < stations.size(), or kNoStation
+    std::vector<glm::dvec3> stations;       // where the scanner stood, model units, all finite; at most kNoStation
+    std::vector<Texture> textures;
+    std::vector<TextureCorners> texture_corners; // [triangles]; empty without textures
+    std::vector<std::uint16_t> texture_ids;      // [triangles] < textures.size(), or kNoTexture; empty without textures
+    std::array<std::vector<FieldValue>, kFieldSlots> field_values;   // by their number in ReadOptions::fields
+    std::array<std::optional<std::string>, kFieldSlots> field_units; // absent: the file has no such field
+    std::vector<std::string> offered_fields;                         // attributes that could be fields
+    std::vector<AttributeReport> report;                             // in the order of the file
+    std::string crs;                     // coordinate reference system, as the file has it; at most 4096 bytes
+    std::uint64_t dropped_vertices = 0;  // not finite
+    std::uint64_t dropped_triangles = 0; // fewer than three different corners, or at a dropped vertex
+    std::uint64_t input_bytes = 0;       // of the file
+    std::uint64_t vertex_copies = 0;     // made where corners of a vertex differ; those dropped included
+
+    // Where no normals are given: edges at which faces meet at this angle (radians) or more are creases. 0: each face
+    // has its own normal. Absent: it follows from the shape (corner_normals.h).
+    std::optional<double> crease_angle;
+    bool has_facets = false; // STL: the file says of no edge whether it is smooth
+
+    static constexpr std::uint16_t kNoTexture = std::numeric_limits<std::uint16_t>::max();
+
+    // In a surface with triangles: the last so many positions are points without a triangle (merge_surfaces.h).
+    std::size_t points_beside_triangles = 0;
+
+    // The faces bound volumes, they and all normals point out of them, and there is nothing else. Set by wind_faces.
+    bool closed = false;
+
+    // If all coordinates of an axis are in single precision: the spacing of floats at the largest coordinate, in model
+    // units, and that coordinate as in the file. 0: otherwise. Set by `place` (placement.h).
+    double float_step = 0, float_near = 0;
+
+    // Points without triangles are last; without any triangles all positions are points.
+    std::size_t point_count() const { return triangles.empty() ? positions.size() : points_beside_triangles; }
+    std::size_t first_point() const { return positions.size() - point_count(); }
+};
+
+// A vertex attribute of one byte, equal in a PLY file and in memory.
+struct ByteAttribute {
+    std::string_view property; // of a PLY vertex, uchar
+    std::string_view note;     // for the report
+    std::vector<std::uint8_t> Surface::*values;
+};
+inline constexpr std::array kByteAttributes{
+    ByteAttribute{"two_sided", "points that show both of their sides", &Surface::two_sided}};
+
+// Calls `visit` for each array of vertex attributes, with that array of each of `surfaces`.
+template <class Visit, class... Surfaces> void for_vertex_attributes(Visit &&visit, Surfaces &...surfaces) {
+    visit(surfaces.normals...);
+    visit(surfaces.colours...);
+    visit(surfaces.radii...);
+    visit(surfaces.material_ids...);
+    visit(surfaces.station_ids...);
+    for (const ByteAttribute &attribute : kByteAttributes)
+        visit(surfaces.*attribute.values...);
+    for (std::size_t slot = 0; slot < kFieldSlots; ++slot)
+        visit(surfaces.field_values[slot]...);
+}
+
+// Calls `visit` for each array of triangle attributes, as for_vertex_attributes does.
+template <class Visit, class... Surfaces> void for_triangle_attributes(Visit &&visit, Surfaces &...surfaces) {
+    visit(surfaces.texture_corners...);
+    visit(surfaces.texture_ids...);
+}
+
+inline void reverse_face(Surface &surface, std::size_t triangle) {
+    std::swap(surface.triangles[triangle].y, surface.triangles[triangle].z);
+    if (!surface.texture_corners.empty())
+        std::swap(surface.texture_corners[triangle][1], surface.texture_corners[triangle][2]);
+}
+inline void reverse_faces(Surface &surface) {
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i)
+        reverse_face(surface, i);
+}
+
+// Colours of vertices as means over their faces.
+struct MeanColours {
+    std::vector<glm::vec3> colours;
+    std::size_t without = 0; // vertices without a coloured face: black
+    std::string note;        // for the report
+};
+// `sums`: colours of the faces at each vertex, w: their number. `face`: "a face" or "a coloured face", for the note.
+MeanColours mean_colours(std::span<const glm::vec4> sums, const char *face);
+
+// colour x `factor`, rounded and clamped to 0..255; NaN becomes 0.
+Rgb8 colour_bytes(const glm::vec3 &colour, float factor);
+
+// infinity - infinity and NaN - NaN are NaN.
+inline bool is_finite(const glm::dvec3 &p) { return (p.x - p.x) + (p.y - p.y) + (p.z - p.z) == 0.0; }
+
+// Removes the values from `first` on for which keep(index) is false.
+template <class T, class Keep> void keep_from(std::vector<T> &values, std::size_t first, const Keep &keep) {
+    std::size_t kept = first;
+    for (std::size_t i = first; i < values.size(); ++i)
+        if (keep(i))
+            values[kept++] = values[i];
+    values.resize(std::min(kept, values.size()));
+}
+
+struct ScanFormat; // scan_format.h
+
+// Vertices that a mesh may have.
+inline constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>::max();
+
+// Options of every reader.
+struct ReadOptions {
+    bool is_one_of_several = false;              // no point may be left of it
+    bool strict = false;                         // refuse (`bad_input`) instead of dropping anything
+    const ScanFormat *format = nullptr;          // of files that neither content nor name identifies (surface_reader.h)
+    std::vector<std::string> columns{};          // names of the columns of a table (text_cloud.h); empty: it has them
+    std::vector<std::string> fields{};           // names of attributes to keep, at most kMaxFields
+    std::bitset<256> dropped_classes{};          // points with these classes are left out
+    Material default_material{};                 // values that a material of the file does not set
+    std::function<void(double done)> progress{}; // called from the calling thread with 0..1; may be empty
+    int threads = 0;                             // of readers that use several; 0: one per processor
+};
+
+// Removes the triangles for which is_gone(triangle) is true, with their attributes. Returns their number.
+template <class Gone> std::size_t erase_triangles(Surface &surface, const Gone &is_gone) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+        if (is_gone(surface.triangles[i]))
+            continue;
+        surface.triangles[kept] = surface.triangles[i];
+        for_triangle_attributes(
+            [&](auto &values) {
+                if (!values.empty())
+                    values[kept] = values[i];
+            },
+            surface);
+        ++kept;
+    }
+    const std::size_t erased = surface.triangles.size() - kept;
+    surface.triangles.resize(kept);
+    for_triangle_attributes([&](auto &values) { values.resize(std::min(kept, values.size())); }, surface);
+    return erased;
+}
+
+// Removes the vertices for which removed[index] is not 0, with their attributes and triangles, and numbers the others
+// anew. Returns how many triangles were removed.
+std::size_t erase_vertices(Surface &surface, std::span<const std::uint8_t> removed);
+
+// The last step of every reader: removes and counts vertices with non-finite coordinates, with their attributes and
+// triangles, then points of dropped classes. With ReadOptions::strict refuses a surface if anything of the file was
+// dropped.
+//
+// errors  bad_input  no vertex is left, unless it is one of several inputs; with `strict` something was dropped
+Result<Surface> finished(Surface surface, const ReadOptions &options);
+
+} // namespace pbm::build
