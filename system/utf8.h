@@ -28,8 +28,8 @@ inline Utf8Character utf8_character(std::string_view text) {
             return {};
         code = code << 6 | (byte(k) & 0x3FU);
     }
-    constexpr std::array<char32_t, 4> kLeast{0, 0x80, 0x800, 0x10000};
-    if (first < 0xC2 || first > 0xF4 || code < kLeast[further] || code > 0x10FFFF || (code >= 0xD800 && code < 0xE000))
+    constexpr std::array<char32_t, 4> kMin{0, 0x80, 0x800, 0x10000};
+    if (first < 0xC2 || first > 0xF4 || code < kMin[further] || code > 0x10FFFF || (code >= 0xD800 && code < 0xE000))
         return {};
     return {code, 1 + further};
 }

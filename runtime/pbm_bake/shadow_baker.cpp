@@ -148,7 +148,7 @@ void look_from_ground(const ShadowView &view, const GroundRaster &ground, int ma
                                                  static_cast<std::size_t>(here) * width));
         });
         parallel_for(ground.size, options.threads, [&](std::size_t row) {
-            const auto [begin, end] = view.squares_seen(
+            const auto [begin, end] = view.visible_squares(
                 {ground.at(0, static_cast<double>(row)), ground.step_u, ground.step_v, ground.size}, first, rows);
             for (std::uint32_t column = begin; column < end; ++column)
                 for (int ray = 0; ray < kGroundRays; ++ray) {

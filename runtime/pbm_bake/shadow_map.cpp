@@ -337,8 +337,8 @@ ShadowView::Seen ShadowView::see(const Vector3 &place, const Vector3 &normal) co
 }
 
 // The map's inside is where four linear functions, one per border, are positive. Test each at its maximum in a square.
-std::pair<std::uint32_t, std::uint32_t> ShadowView::squares_seen(const SquareRow &squares, int first_row,
-                                                                 int rows) const {
+std::pair<std::uint32_t, std::uint32_t> ShadowView::visible_squares(const SquareRow &squares, int first_row,
+                                                                    int rows) const {
     const Vector3 &corner = squares.corner, &along = squares.along, &across = squares.across;
     const std::uint32_t count = squares.count;
     const Vector3 from{corner[0] - view_.origin[0], corner[1] - view_.origin[1], corner[2] - view_.origin[2]};

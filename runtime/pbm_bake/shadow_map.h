@@ -45,7 +45,7 @@ class ShadowView {
     };
     // Returns first and end of a range of squares. Positions of other squares do not project into the map's rows
     // first_row..first_row + rows - 1.
-    std::pair<std::uint32_t, std::uint32_t> squares_seen(const SquareRow &squares, int first_row, int rows) const;
+    std::pair<std::uint32_t, std::uint32_t> visible_squares(const SquareRow &squares, int first_row, int rows) const;
 
   private:
     struct ViewNormal {

@@ -21,12 +21,12 @@ enum class Kind { model, part, other };
 // What a file of the folder is by its name: scan-0123456789abcdef.pbvg, or the same and more while it is written.
 Kind kind_of(std::string_view name) {
     constexpr std::string_view kHex = "0123456789abcdef";
-    constexpr std::size_t kFewestDigits = 16;
+    constexpr std::size_t kMinDigits = 16;
     if (!name.starts_with(kPrefix))
         return Kind::other;
     name.remove_prefix(kPrefix.size());
     const std::size_t digits = std::min(name.find_first_not_of(kHex), name.size());
-    if (digits < kFewestDigits || !name.substr(digits).starts_with(kExtension))
+    if (digits < kMinDigits || !name.substr(digits).starts_with(kExtension))
         return Kind::other;
     return name.size() == digits + kExtension.size() ? Kind::model : Kind::part;
 }

@@ -190,9 +190,9 @@ class Child {
 
 // The first line of the child's output; replaces bytes that are not printable ASCII.
 std::string first_line(std::string_view text) {
-    constexpr std::size_t kMost = 160;
+    constexpr std::size_t kMax = 160;
     text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
-    std::string line(text.substr(0, std::min(text.find_first_of("\r\n"), kMost)));
+    std::string line(text.substr(0, std::min(text.find_first_of("\r\n"), kMax)));
     for (char &c : line)
         c = c >= ' ' && c <= '~' ? c : '?';
     return line;

@@ -232,7 +232,7 @@ void measure(const RayCaster &rays, const Subject &subject, const ModelParameter
         const PictureTruth truth(rays.cast(view.camera, options.resolution.x, options.resolution.y, 0),
                                  options.resolution.x, scene.shows_backs);
         std::vector<Srgb> colours;
-        const Appearance seen = seen_from(eye_axes(view.camera), parameters.grid, Appearance(parameters));
+        const Appearance seen = turn_lights(eye_axes(view.camera), parameters.grid, Appearance(parameters));
         scene.lights = seen.lights;
         if (options.shading)
             colours = trace(scene, view.camera, options.resolution.x, options.resolution.y, options.samples, 0);

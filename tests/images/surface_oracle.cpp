@@ -113,7 +113,7 @@ void SurfaceOracle::replace_offsets(std::span<PointRun> runs) {
         if (!known) {
             const ChunkView &chunk = *run.chunk;
             known = std::make_unique<ChunkOffsets>();
-            std::vector<SeenBrick> all(chunk.bricks.size());
+            std::vector<VisibleBrick> all(chunk.bricks.size());
             for (std::size_t i = 0; i < all.size(); ++i) {
                 all[i].brick = static_cast<std::uint32_t>(i);
                 all[i].faces_eye = true;

@@ -191,8 +191,8 @@ class BatchReport {
         std::string note = formatted("%zu of %zu scans", ended_, scans_.size());
         if (totals_[kFailed].scans != 0)
             note += formatted(", %llu failed", static_cast<unsigned long long>(totals_[kFailed].scans));
-        constexpr double kLeast = 5;
-        if (worked_bytes_ != 0 && elapsed() > kLeast && ended_ < scans_.size())
+        constexpr double kMin = 5;
+        if (worked_bytes_ != 0 && elapsed() > kMin && ended_ < scans_.size())
             note += ", about " +
                     duration_text(elapsed() * static_cast<double>(all_bytes_ - bytes_) /
                                   static_cast<double>(worked_bytes_)) +

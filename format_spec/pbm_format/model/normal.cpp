@@ -107,9 +107,9 @@ struct Facet {
 // The triangle and all triangles that share a corner with it, ascending. The nearest normal is always among them, which
 // the tests verify by brute force.
 struct Candidates {
-    static constexpr int kMost = 16;
+    static constexpr int kMax = 16;
     std::uint16_t count = 0;
-    std::array<std::uint16_t, kMost> indices{};
+    std::array<std::uint16_t, kMax> indices{};
 };
 
 class FacetTable {

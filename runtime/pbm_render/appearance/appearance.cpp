@@ -47,7 +47,7 @@ std::vector<Light> lights_to_keep(const Appearance &appearance, const ModelParam
     return are_default ? std::vector<Light>() : appearance.lights;
 }
 
-Appearance seen_from(const EyeAxes &eye, const Grid &grid, Appearance appearance) {
+Appearance turn_lights(const EyeAxes &eye, const Grid &grid, Appearance appearance) {
     if (appearance.lights_follow == LightsFollow::model)
         return appearance;
     const glm::dmat3 turn = matrix(eye) * glm::transpose(matrix(front_axes(appearance.up)));

@@ -60,7 +60,7 @@ std::vector<Light> lights_to_keep(const Appearance &appearance, const ModelParam
 // The appearance in a picture of a camera with these axes, its lights fixed to the model: every renderer draws with it.
 // Lights that follow the eye turn about the centre of the grid as the eye has turned from front_axes; baked shadows do
 // not apply to them, so that they cast none.
-Appearance seen_from(const EyeAxes &eye, const Grid &grid, Appearance appearance);
+Appearance turn_lights(const EyeAxes &eye, const Grid &grid, Appearance appearance);
 
 // A renderer leaves out what the file does not hold, whatever these options say.
 struct RenderOptions {

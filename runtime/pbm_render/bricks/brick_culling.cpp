@@ -42,7 +42,7 @@ HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
 
 // What is known of a vector of bricks; each brick gets one lane.
-struct SeenLanes {
+struct VisibleLanes {
     std::array<float, kLaneNumbers.size()> u, v, w;
     std::array<std::int32_t, kLaneNumbers.size()> top, bottom;
     // Block, and these bits.
@@ -102,8 +102,8 @@ HWY_INLINE Mask faces_away(IntVector cone_cosine, const Vector3 &sight, Vector a
 }
 
 // Finds which of a vector of bricks may be seen; returns a bit for each.
-HWY_INLINE unsigned see_bricks(const RunGeometry &geometry, const FrameGeometry &frame, const RecordLanes &bricks,
-                               SeenLanes &to) {
+HWY_INLINE unsigned cull_bricks(const RunGeometry &geometry, const FrameGeometry &frame, const RecordLanes &bricks,
+                                VisibleLanes &to) {
     const Floats d;
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
@@ -162,12 +162,12 @@ HWY_INLINE unsigned see_bricks(const RunGeometry &geometry, const FrameGeometry 
     const Mask bounded = hn::And(far, has_cone);
     const Mask only_backs = hn::And(bounded, faces_away(bricks.cone_cosine, centre, along, reach));
     seen = hn::AndNot(hn::And(far, outside), seen);
-    IntVector sides = when(hn::Not(only_backs), SeenLanes::kHasFronts);
+    IntVector sides = when(hn::Not(only_backs), VisibleLanes::kHasFronts);
     if (frame.shows_backs) {
         const Mask only_fronts = hn::And(bounded, faces_away(bricks.cone_cosine, centre, hn::Neg(along), reach, 0));
         const Mask all_away = hn::And(bounded, faces_away(bricks.cone_cosine, centre, along, reach, 0));
-        sides = hn::Or(sides, when(hn::Not(only_fronts), SeenLanes::kHasBacks));
-        sides = hn::Or(sides, when(all_away, SeenLanes::kFacesAway));
+        sides = hn::Or(sides, when(hn::Not(only_fronts), VisibleLanes::kHasBacks));
+        sides = hn::Or(sides, when(all_away, VisibleLanes::kFacesAway));
     } else {
         seen = hn::AndNot(only_backs, seen);
     }
@@ -183,7 +183,7 @@ HWY_INLINE unsigned see_bricks(const RunGeometry &geometry, const FrameGeometry 
     const Mask is_block = hn::Le(hn::Mul(pixels, hn::Max(one, hn::Mul(set(kBlockRoom), stretch))), largest);
     const Mask thin = hn::Le(hn::Mul(hn::Mul(pixels, set(kThinRoom)), stretch), largest);
     const Mask faces_eye = hn::And(has_cone, hn::Le(along, zero));
-    const IntVector kind = hn::Or(hn::Or(when(thin, SeenLanes::kThin), when(faces_eye, SeenLanes::kFacesEye)),
+    const IntVector kind = hn::Or(hn::Or(when(thin, VisibleLanes::kThin), when(faces_eye, VisibleLanes::kFacesEye)),
                                   hn::IfThenElseZero(hn::RebindMask(di, is_block), edge));
     const Vector row = hn::Add(y, set(frame.middle_y)), height = set(static_cast<float>(frame.height));
     const Vector top = hn::IfThenElseZero(far, hn::Max(hn::Sub(row, reach_y), zero));
@@ -191,7 +191,7 @@ HWY_INLINE unsigned see_bricks(const RunGeometry &geometry, const FrameGeometry 
     const IntVector top_row = hn::ConvertTo(di, top), bottom_row = hn::ConvertTo(di, bottom);
     hn::StoreU(top_row, di, to.top.data());
     hn::StoreU(bottom_row, di, to.bottom.data());
-    const IntVector any_kind = hn::IfThenElse(hn::RebindMask(di, far), kind, hn::Set(di, SeenLanes::kFacesEye));
+    const IntVector any_kind = hn::IfThenElse(hn::RebindMask(di, far), kind, hn::Set(di, VisibleLanes::kFacesEye));
     hn::StoreU(hn::Or(any_kind, sides), di, to.kind.data());
     const auto project = [&](Vector across, float middle, float from) {
         return hn::Add(hn::Add(hn::Mul(set(frame.focal), across), hn::Mul(set(middle), centre.z)), set(from));
@@ -211,15 +211,15 @@ HWY_INLINE HalfSpaces::Side side_of_clip(const HalfSpaces &clip, const BrickReco
     return clip.side_of(glm::dvec3(brick.x, brick.y, brick.z) * (2 * half) + half, glm::dvec3(half));
 }
 
-std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &frame, std::span<SeenBrick> to) {
+std::size_t find_visible_bricks(const RunGeometry &geometry, const FrameGeometry &frame, std::span<VisibleBrick> to) {
     const PointRun &run = *geometry.run;
     const HalfSpaces &clip = frame.projection.clip;
     const std::size_t lanes = hn::Lanes(Floats()), bricks = run.chunk->bricks.size();
-    SeenLanes lane_values;
+    VisibleLanes lane_values;
     std::size_t seen = 0;
     for (std::size_t i = 0; i < bricks; i += lanes) {
         const std::size_t count = std::min(lanes, bricks - i);
-        unsigned bits = see_bricks(geometry, frame, read_records(run, i, count), lane_values);
+        unsigned bits = cull_bricks(geometry, frame, read_records(run, i, count), lane_values);
         for (bits &= (1U << count) - 1; bits != 0; bits &= bits - 1) {
             const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
             const std::int32_t kind = lane_values.kind[lane];
@@ -236,12 +236,12 @@ std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &f
                           .left = 0,
                           .right = frame.width,
                           .nearest = 0,
-                          .faces_eye = (kind & SeenLanes::kFacesEye) != 0,
-                          .has_fronts = (kind & SeenLanes::kHasFronts) != 0,
-                          .has_backs = (kind & SeenLanes::kHasBacks) != 0,
-                          .faces_away = (kind & SeenLanes::kFacesAway) != 0,
+                          .faces_eye = (kind & VisibleLanes::kFacesEye) != 0,
+                          .has_fronts = (kind & VisibleLanes::kHasFronts) != 0,
+                          .has_backs = (kind & VisibleLanes::kHasBacks) != 0,
+                          .faces_away = (kind & VisibleLanes::kFacesAway) != 0,
                           .block = static_cast<std::uint8_t>(kind & 3),
-                          .thin = (kind & SeenLanes::kThin) != 0 && !is_cut,
+                          .thin = (kind & VisibleLanes::kThin) != 0 && !is_cut,
                           .is_cut = is_cut};
         }
     }
@@ -254,7 +254,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace pbm {
 
-HWY_EXPORT(find_seen_bricks);
+HWY_EXPORT(find_visible_bricks);
 
 RunGeometry::RunGeometry(const PointRun &points, const FrameGeometry &frame)
     : run(&points), voxel(std::ldexp(1.0F, -points.level)),
@@ -264,8 +264,8 @@ RunGeometry::RunGeometry(const PointRun &points, const FrameGeometry &frame)
              glm::vec3(frame.projection.vector({0, 0, edge}))};
 }
 
-std::size_t find_seen_bricks(const RunGeometry &geometry, const FrameGeometry &frame, std::span<SeenBrick> to) {
-    return HWY_DYNAMIC_DISPATCH(find_seen_bricks)(geometry, frame, to);
+std::size_t find_visible_bricks(const RunGeometry &geometry, const FrameGeometry &frame, std::span<VisibleBrick> to) {
+    return HWY_DYNAMIC_DISPATCH(find_visible_bricks)(geometry, frame, to);
 }
 
 } // namespace pbm

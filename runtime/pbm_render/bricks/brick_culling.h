@@ -11,7 +11,7 @@
 namespace pbm {
 
 // A brick whose points may be seen.
-struct SeenBrick {
+struct VisibleBrick {
     float u, v, w;            // M * (centre of its first voxel), see TransformTable
     std::uint32_t brick;      // index in the chunk
     std::int32_t top, bottom; // its points touch rows top .. bottom - 1 only
@@ -43,6 +43,6 @@ inline constexpr float kBlockRadius = 0.675F;
 // Writes the visible bricks to `to`, in their order, and returns their number. `to` has room for all bricks of the
 // chunk. Columns are those of the picture, depths are not bounded; see bound_bricks. Accesses stay in bounds if the
 // bytes of a mapped chunk change.
-std::size_t find_seen_bricks(const RunGeometry &run, const FrameGeometry &frame, std::span<SeenBrick> to);
+std::size_t find_visible_bricks(const RunGeometry &run, const FrameGeometry &frame, std::span<VisibleBrick> to);
 
 } // namespace pbm

@@ -17,10 +17,10 @@ void ChunkOffsets::begin(const ChunkView &chunk) const {
     has_begun_ = true;
 }
 
-void ChunkOffsets::estimate(const ChunkView &chunk, std::span<const SeenBrick> seen) const {
+void ChunkOffsets::estimate(const ChunkView &chunk, std::span<const VisibleBrick> seen) const {
     begin(chunk);
     BrickOffsets memory;
-    for (const SeenBrick &it : seen)
+    for (const VisibleBrick &it : seen)
         if (it.faces_eye && starts_[it.brick].load(std::memory_order_relaxed) == kUnknown)
             estimate(chunk, it.brick, memory);
 }

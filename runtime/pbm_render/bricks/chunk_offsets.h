@@ -18,7 +18,7 @@ class ChunkOffsets {
     // Estimates the offsets of the bricks in `seen` that face the eye, one after the other as they lie in memory. Of
     // the others most are hidden behind nearer points; `read` estimates those that are not. Call this before `read`,
     // with the same chunk. Several threads may call both at once.
-    void estimate(const ChunkView &chunk, std::span<const SeenBrick> seen) const;
+    void estimate(const ChunkView &chunk, std::span<const VisibleBrick> seen) const;
     // Whether the offsets of a brick are kept. Not while another thread calls `estimate` for the first time.
     bool has(std::uint32_t brick) const {
         return brick < starts_.size() && starts_[brick].load(std::memory_order_relaxed) < kEstimating;

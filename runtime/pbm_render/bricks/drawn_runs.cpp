@@ -37,10 +37,10 @@ void DrawnRuns::begin_view(const FrameGeometry &frame) {
     }
 }
 
-std::span<SeenBrick> DrawnRuns::find_seen(std::size_t index, const FrameGeometry &frame) {
+std::span<VisibleBrick> DrawnRuns::find_visible(std::size_t index, const FrameGeometry &frame) {
     DrawnRun &run = drawn_[index];
-    const std::span<SeenBrick> room(bricks_.data() + run.first_brick, run.geometry.run->chunk->bricks.size());
-    run.seen = find_seen_bricks(run.geometry, frame, room);
+    const std::span<VisibleBrick> room(bricks_.data() + run.first_brick, run.geometry.run->chunk->bricks.size());
+    run.seen = find_visible_bricks(run.geometry, frame, room);
     if (const ChunkOffsets *offsets = runs_[index].offsets; offsets != nullptr && run.seen > 0)
         offsets->estimate(*runs_[index].chunk, room.first(run.seen));
     return room.first(run.seen);
@@ -50,7 +50,7 @@ void DrawnRuns::find_rows(std::size_t index, const FrameGeometry &frame) {
     DrawnRun &run = drawn_[index];
     run.top = frame.height;
     run.bottom = 0;
-    for (const SeenBrick &brick : std::span(bricks_).subspan(run.first_brick, run.seen)) {
+    for (const VisibleBrick &brick : std::span(bricks_).subspan(run.first_brick, run.seen)) {
         run.top = std::min(run.top, brick.top);
         run.bottom = std::max(run.bottom, brick.bottom);
     }

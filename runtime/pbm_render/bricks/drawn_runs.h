@@ -34,11 +34,11 @@ class DrawnRuns {
     // outlive the use of the results. `widen(run, bricks)` may change the rows of bricks.
     void begin_view(const FrameGeometry &frame);
     template <class Widen> void cull(std::size_t run, const FrameGeometry &frame, Widen &&widen) {
-        widen(drawn_[run].geometry, find_seen(run, frame));
+        widen(drawn_[run].geometry, find_visible(run, frame));
         find_rows(run, frame);
     }
     void cull(std::size_t run, const FrameGeometry &frame) {
-        cull(run, frame, [](const RunGeometry &, std::span<SeenBrick>) {});
+        cull(run, frame, [](const RunGeometry &, std::span<VisibleBrick>) {});
     }
 
     // Calls work(run, its seen bricks, id of its chunk's first point) for runs that touch rows top .. bottom - 1.
@@ -53,13 +53,13 @@ class DrawnRuns {
     const PointRun &operator[](std::size_t run) const { return runs_[run]; }
 
   private:
-    std::span<SeenBrick> find_seen(std::size_t run, const FrameGeometry &frame);
+    std::span<VisibleBrick> find_visible(std::size_t run, const FrameGeometry &frame);
     void find_rows(std::size_t run, const FrameGeometry &frame);
 
     PointIds ids_;
     std::vector<PointRun> runs_;
     std::vector<DrawnRun> drawn_; // [runs]
-    std::vector<SeenBrick> bricks_;
+    std::vector<VisibleBrick> bricks_;
 };
 
 } // namespace pbm

@@ -28,8 +28,8 @@ void estimate_offsets(const ChunkTask &task, const ResidentChunk &chunk) {
                          .level = task.place.level,
                          .last = task.entry->shape.points,
                          .offsets = &chunk.offsets};
-    std::vector<SeenBrick> seen(chunk.view.bricks.size());
-    seen.resize(find_seen_bricks(RunGeometry(whole, *task.frame), *task.frame, seen));
+    std::vector<VisibleBrick> seen(chunk.view.bricks.size());
+    seen.resize(find_visible_bricks(RunGeometry(whole, *task.frame), *task.frame, seen));
     if (!seen.empty())
         chunk.offsets.estimate(chunk.view, seen);
 }

@@ -104,7 +104,7 @@ HWY_INLINE unsigned project_blocks(const StripRun &at, const FacingPoints &point
     const Vector half = set(0.5F), one = set(1);
     const ProjectedSplats s = project_splats<kPlaced>(
         frame, voxel_edge, kPlaced ? kPlacedBlockOutlineInset : kBlockOutlineInset, points, first);
-    const SeenNormal &n = s.normal;
+    const SplatNormal &n = s.normal;
     const Vector inverse = hn::Div(one, hn::Mul(s.pixel_size, s.cosine)); // one division for two
     const Vector inverse_cosine = hn::Mul(inverse, s.pixel_size);
     const Vector outline_pixels = hn::Mul(s.outline, hn::Mul(inverse, s.cosine));
@@ -231,7 +231,7 @@ template <bool kPlaced> HWY_INLINE void draw_ellipses(const StripRun &at, Facing
 }
 
 // Whether all pixels of the strip that a brick may touch show nearer points already.
-HWY_INLINE bool is_hidden(const SeenBrick &it, const DepthStrip &strip) {
+HWY_INLINE bool is_hidden(const VisibleBrick &it, const DepthStrip &strip) {
     const Floats d;
     const std::size_t lanes = hn::Lanes(d);
     const int top = std::max(it.top, strip.top), bottom = std::min(it.bottom, strip.bottom);
@@ -256,7 +256,7 @@ struct SplatScratch {
     FacingPoints small, middling, large;
 };
 
-// Draws points of bricks of one kind, see SeenBrick::block.
+// Draws points of bricks of one kind, see VisibleBrick::block.
 template <bool kPlaced>
 HWY_INLINE void draw_points(const StripRun &at, int block, SplatScratch &scratch, FacingPoints &points,
                             DepthStrip &strip) {
@@ -292,7 +292,7 @@ void draw_waiting(const FrameGeometry &frame, SplatScratch &scratch, WaitingBack
 }
 
 template <int kBlock, bool kPlaced>
-HWY_INLINE std::size_t add_brick_of_kind(const StripRun &at, const SeenBrick &it, std::uint32_t first_id,
+HWY_INLINE std::size_t add_brick_of_kind(const StripRun &at, const VisibleBrick &it, std::uint32_t first_id,
                                          const BothSides &to) {
     return it.has_backs ? add_brick_with_backs<kBlock, kPlaced>(at, it, first_id, to)
                         : add_brick<kBlock, kPlaced, false>(at, it, first_id, to);
@@ -300,13 +300,13 @@ HWY_INLINE std::size_t add_brick_of_kind(const StripRun &at, const SeenBrick &it
 
 // Draws bricks of one run, all of backs or none. Their backs wait.
 template <bool kPlaced>
-HWY_INLINE std::uint64_t draw_all(const StripRun &at, std::span<const SeenBrick> seen,
+HWY_INLINE std::uint64_t draw_all(const StripRun &at, std::span<const VisibleBrick> seen,
                                   std::span<const StripBricks::Brick> bricks, std::uint32_t first_id,
                                   SplatScratch &scratch, DepthStrip &strip, BackScratch &backs) {
     const bool only_backs = bricks.front().only_backs;
     std::uint64_t drawn = 0;
     for (const StripBricks::Brick &brick : bricks) {
-        const SeenBrick &it = seen[brick.seen];
+        const VisibleBrick &it = seen[brick.seen];
         if ((only_backs && backs.farthest.hide(it)) || is_hidden(it, strip))
             continue;
         FacingPoints *const waiting = it.has_backs ? &backs.waiting.group_of(at.run, it.block).points : nullptr;

@@ -37,7 +37,7 @@ int strip_rows(const Framebuffer &target, int threads) {
 }
 
 // Memory of one thread.
-struct Workplace {
+struct ThreadScratch {
     DepthStrip strip;
     StripBricks bricks;
     BackScratch backs;
@@ -89,9 +89,9 @@ struct FastRenderer::Frame {
     Frame(const ModelParameters &p, std::uint32_t chunk_points, std::shared_ptr<ThreadPool> threads,
           std::shared_ptr<const Surroundings> s)
         : parameters(p), surroundings(std::move(s)), appearance(p), runs(chunk_points), pool(std::move(threads)),
-          workplaces(static_cast<std::size_t>(pool->threads())) {}
+          thread_scratch(static_cast<std::size_t>(pool->threads())) {}
 
-    std::uint64_t draw(int top, int rows, const FrameView &view, Workplace &workplace) const;
+    std::uint64_t draw(int top, int rows, const FrameView &view, ThreadScratch &scratch) const;
     void resolve(const DepthStrip &strip, const FrameView &view) const;
 
     const ModelParameters &parameters;
@@ -101,7 +101,7 @@ struct FastRenderer::Frame {
     const std::shared_ptr<ThreadPool> pool;
 
     PointReader reader;
-    std::vector<Workplace> workplaces; // [thread]
+    std::vector<ThreadScratch> thread_scratch; // [thread]
 };
 
 FastRenderer::FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
@@ -128,16 +128,16 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     frame.runs.set(runs);
     frame.runs.begin_view(geometry);
     const Grid &grid = frame.parameters.grid;
-    const Appearance appearance = seen_from(projection.axes, grid, frame.appearance);
+    const Appearance appearance = turn_lights(projection.axes, grid, frame.appearance);
     frame.reader.begin(frame.parameters, appearance, frame.runs);
-    const std::vector<EyeLight> lights = see_lights(appearance.lights, grid.edge(), projection);
+    const std::vector<EyeLight> lights = lights_in_eye_space(appearance.lights, grid.edge(), projection);
     const SurroundingsView surroundings(frame.surroundings.get(), appearance, projection, options);
     std::optional<PointShader> shader;
     frame.pool->run(frame.runs.size() + 1, [&](std::size_t item, std::size_t) {
         if (item == 0) // first, since it takes longest
             shader.emplace(frame.parameters, appearance, projection, &surroundings, options, false);
         else
-            frame.runs.cull(item - 1, geometry, [&](const RunGeometry &run, std::span<SeenBrick> seen) {
+            frame.runs.cull(item - 1, geometry, [&](const RunGeometry &run, std::span<VisibleBrick> seen) {
                 bound_bricks(geometry, run, seen);
             });
     });
@@ -146,7 +146,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     const auto count = static_cast<std::size_t>((target.height + rows - 1) / rows);
     std::vector<std::uint64_t> drawn(count);
     PointLighting lighting =
-        see_points({geometry.middle_x, geometry.middle_y, geometry.inverse_focal}, projection, lights);
+        make_point_lighting({geometry.middle_x, geometry.middle_y, geometry.inverse_focal}, projection, lights);
     lighting.shadowed = shader->shadowed();
     lighting.one_material = !frame.parameters.attributes.material;
     lighting.mirrors = shader->mirrors();
@@ -156,7 +156,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     frame.pool->run(count + tasks.count, [&](std::size_t i, std::size_t thread) {
         if (i < count) {
             const StripProgress::Strip strip(progress, i);
-            drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, view, frame.workplaces[thread]);
+            drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, view, frame.thread_scratch[thread]);
         } else {
             progress.wait_for(static_cast<std::size_t>((tasks.end_row(i - count) + rows - 1) / rows));
             tasks.run(i - count, thread);
@@ -169,11 +169,11 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
 }
 
 // Draws `rows` rows from row `top` on. Returns the number of points drawn.
-std::uint64_t FastRenderer::Frame::draw(int top, int rows, const FrameView &view, Workplace &workplace) const {
-    DepthStrip &strip = workplace.strip;
+std::uint64_t FastRenderer::Frame::draw(int top, int rows, const FrameView &view, ThreadScratch &scratch) const {
+    DepthStrip &strip = scratch.strip;
     strip.begin(view.target.width, top, std::min(top + rows, view.target.height));
-    workplace.bricks.collect(runs, strip.top, strip.bottom);
-    const std::uint64_t drawn = draw_bricks(view.geometry, workplace.bricks, strip, workplace.backs);
+    scratch.bricks.collect(runs, strip.top, strip.bottom);
+    const std::uint64_t drawn = draw_bricks(view.geometry, scratch.bricks, strip, scratch.backs);
     resolve(strip, view);
     return drawn;
 }

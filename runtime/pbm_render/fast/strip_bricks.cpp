@@ -18,7 +18,7 @@ void StripBricks::collect(const DrawnRuns &drawn, int top, int bottom) {
     unsorted_.clear();
     float nearest = std::numeric_limits<float>::infinity(), farthest = 0;
     drawn.for_each_in_rows(top, bottom,
-                           [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
+                           [&](const RunGeometry &run, std::span<const VisibleBrick> seen, std::uint32_t first_id) {
                                for (std::size_t i = 0; i < seen.size(); ++i) {
                                    if (seen[i].top >= bottom || seen[i].bottom <= top)
                                        continue;

@@ -14,7 +14,7 @@ class StripBricks {
   public:
     struct Run {
         const RunGeometry *geometry;
-        std::span<const SeenBrick> seen;
+        std::span<const VisibleBrick> seen;
         std::uint32_t first_id; // of the chunk's first point
     };
     struct Brick {

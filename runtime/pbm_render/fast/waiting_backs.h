@@ -16,7 +16,7 @@ class WaitingBacks {
     // Points of runs of one detail level: the size of their voxels is all that drawing takes of the run.
     struct Group {
         const RunGeometry *run; // any one of that level
-        int block;              // SeenBrick::block
+        int block;              // VisibleBrick::block
         FacingPoints points;
     };
 

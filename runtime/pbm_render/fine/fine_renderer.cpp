@@ -34,8 +34,8 @@ glm::dvec2 sample_offset(int i) {
 }
 
 // Memory of one thread.
-struct Workplace {
-    explicit Workplace(int width) : row(width) {}
+struct ThreadScratch {
+    explicit ThreadScratch(int width) : row(width) {}
 
     DepthStrip visible;
     FarthestDepths farthest; // of the fronts
@@ -57,9 +57,9 @@ struct Picture {
             const Camera &camera, const RenderOptions &asked, const Framebuffer &target)
         : width(target.width), height(target.height), with_depths(!target.depth.empty()), options(asked),
           projection(in_unit_grid(camera, parameters), target.width, target.height),
-          appearance(seen_from(projection.axes, parameters.grid, look)), points(parameters, appearance, options),
+          appearance(turn_lights(projection.axes, parameters.grid, look)), points(parameters, appearance, options),
           around(surroundings, appearance, projection, options),
-          lights(see_lights(appearance.lights, parameters.grid.edge(), projection)) {}
+          lights(lights_in_eye_space(appearance.lights, parameters.grid.edge(), projection)) {}
 
     const int width, height;
     const bool with_depths;
@@ -80,12 +80,12 @@ struct FineRenderer::Frame {
           std::shared_ptr<const Surroundings> around)
         : parameters(p), surroundings(std::move(around)), appearance(p), runs(chunk_points), pool(std::move(threads)) {}
 
-    std::uint64_t draw(int top, int rows, const Sample &sample, Workplace &at);
-    void blend(const FrameGeometry &geometry, Workplace &at) const;
-    void collect_row(int y, const Sample &sample, Workplace &at) const;
+    std::uint64_t draw(int top, int rows, const Sample &sample, ThreadScratch &at);
+    void blend(const FrameGeometry &geometry, ThreadScratch &at) const;
+    void collect_row(int y, const Sample &sample, ThreadScratch &at) const;
     void read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel, SurfacePoint &to) const;
     void mirror(const Sample &sample, float screen_y, SurfaceRow &row) const;
-    void add_row(int y, const Sample &sample, Workplace &at);
+    void add_row(int y, const Sample &sample, ThreadScratch &at);
     void resolve_row(int y, const ColourTable &colours, Framebuffer &target) const;
 
     const ModelParameters &parameters;
@@ -95,7 +95,7 @@ struct FineRenderer::Frame {
     const std::shared_ptr<ThreadPool> pool;
 
     std::optional<Picture> picture;
-    std::vector<Workplace> workplaces; // [thread]
+    std::vector<ThreadScratch> thread_scratch; // [thread]
     // [height][width]: sums over samples of light x alpha, and of alpha. resolve() adds a plain background.
     PixelArray<Float4> sum_of_light;
     PixelArray<float> first_depth; // [height][width], of the first sample, grid edges
@@ -130,9 +130,9 @@ void FineRenderer::begin(std::span<const PointRun> runs, const Camera &camera, c
     assert(std::all_of(runs.begin(), runs.end(), [](const PointRun &run) { return run.offsets != nullptr; }));
     frame.runs.set(runs);
     frame.picture.emplace(frame.parameters, frame.appearance, frame.surroundings.get(), camera, options, target);
-    frame.workplaces.clear();
+    frame.thread_scratch.clear();
     for (int i = 0; i < frame.pool->threads(); ++i)
-        frame.workplaces.emplace_back(target.width);
+        frame.thread_scratch.emplace_back(target.width);
     frame.sum_of_light.resize(target.pixels());
     frame.first_depth.resize(frame.picture->with_depths ? target.pixels() : 0);
     frame.picture->statistics = frame.runs.statistics();
@@ -150,7 +150,7 @@ RenderStatistics FineRenderer::add_sample(const std::atomic<bool> *stop) {
     frame.runs.begin_view(geometry);
     frame.pool->run(frame.runs.size(), [&](std::size_t run, std::size_t) {
         if (!stopped())
-            frame.runs.cull(run, geometry, [&](const RunGeometry &of, std::span<SeenBrick> seen) {
+            frame.runs.cull(run, geometry, [&](const RunGeometry &of, std::span<VisibleBrick> seen) {
                 widen_bricks(geometry, of, seen);
             });
     });
@@ -162,7 +162,7 @@ RenderStatistics FineRenderer::add_sample(const std::atomic<bool> *stop) {
     std::vector<std::uint64_t> drawn(count);
     frame.pool->run(count, [&](std::size_t i, std::size_t thread) {
         if (!stopped())
-            drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, sample, frame.workplaces[thread]);
+            drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, sample, frame.thread_scratch[thread]);
     });
     picture.statistics.drawn_points = 0;
     for (const std::uint64_t points : drawn)
@@ -180,20 +180,20 @@ void FineRenderer::resolve(Framebuffer &target) {
 }
 
 // Adds a sample to `rows` rows from row `top` on. Returns the number of points drawn.
-std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample, Workplace &at) {
+std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample, ThreadScratch &at) {
     at.visible.begin(picture->width, top, std::min(top + rows, picture->height));
     const FrameGeometry &geometry = sample.geometry;
     at.fronts.clear();
     at.backs.clear();
     std::uint64_t drawn = 0;
     runs.for_each_in_rows(top, at.visible.bottom,
-                          [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
+                          [&](const RunGeometry &run, std::span<const VisibleBrick> seen, std::uint32_t first_id) {
                               drawn += draw_fronts(geometry, run, seen, first_id, at.visible, at.fronts, at.backs);
                           });
     if (geometry.shows_backs) {
         at.farthest.begin(at.visible);
         runs.for_each_in_rows(top, at.visible.bottom,
-                              [&](const RunGeometry &run, std::span<const SeenBrick> seen, std::uint32_t first_id) {
+                              [&](const RunGeometry &run, std::span<const VisibleBrick> seen, std::uint32_t first_id) {
                                   drawn += add_backs(geometry, run, seen, first_id, at.visible, at.farthest, at.backs);
                               });
         draw_backs(geometry, at.backs, at.farthest, at.visible);
@@ -212,7 +212,7 @@ std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample,
 }
 
 // Blends fronts where fronts are visible, and backs where backs are.
-void FineRenderer::Frame::blend(const FrameGeometry &geometry, Workplace &at) const {
+void FineRenderer::Frame::blend(const FrameGeometry &geometry, ThreadScratch &at) const {
     at.surface.begin(at.visible, picture->points.groups(), !at.backs.empty());
     blend_points(geometry, at.visible, at.fronts, picture->points, at.surface);
     if (!at.surface.shows_backs())
@@ -242,7 +242,7 @@ void FineRenderer::Frame::read_visible_point(std::uint32_t id, const Sample &sam
 }
 
 // Collects the blended surface of a row's pixels for shading.
-void FineRenderer::Frame::collect_row(int y, const Sample &sample, Workplace &at) const {
+void FineRenderer::Frame::collect_row(int y, const Sample &sample, ThreadScratch &at) const {
     SurfaceRow &row = at.row;
     const SurfaceBuffer &surface = at.surface;
     const SurfacePoints &points = picture->points;
@@ -259,10 +259,10 @@ void FineRenderer::Frame::collect_row(int y, const Sample &sample, Workplace &at
         const float screen_x = static_cast<float>(x) + 0.5F;
         const float *sums = surface.sums_of(surface.offset(x, y))->channels.data();
         // Sums with less weight, or with normals that cancel each other, are not usable.
-        constexpr float kMinWeight = 1e-3F, kLeastNormal2 = 1e-2F;
+        constexpr float kMinWeight = 1e-3F, kMinNormal2 = 1e-2F;
         const auto length2 = [&] { return sums[0] * sums[0] + sums[1] * sums[1] + sums[2] * sums[2]; };
         if (const float weight = sums[channel::kWeight];
-            weight < kMinWeight || length2() < kLeastNormal2 * weight * weight) {
+            weight < kMinWeight || length2() < kMinNormal2 * weight * weight) {
             read_visible_point(at.visible.id(x, y), sample, {screen_x, static_cast<float>(y) + 0.5F}, alone);
             sums = alone.channels.data();
         }
@@ -311,7 +311,7 @@ void FineRenderer::Frame::mirror(const Sample &sample, float screen_y, SurfaceRo
     }
 }
 
-void FineRenderer::Frame::add_row(int y, const Sample &sample, Workplace &at) {
+void FineRenderer::Frame::add_row(int y, const Sample &sample, ThreadScratch &at) {
     const SurfaceRow &row = at.row;
     const auto width = static_cast<std::size_t>(picture->width);
     const std::size_t start = static_cast<std::size_t>(y) * width;

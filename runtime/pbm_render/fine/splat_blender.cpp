@@ -367,14 +367,14 @@ struct OpenBlock {
     }
 };
 
-bool touches(const SeenBrick &it, const DepthStrip &strip) { return it.top < strip.bottom && it.bottom > strip.top; }
+bool touches(const VisibleBrick &it, const DepthStrip &strip) { return it.top < strip.bottom && it.bottom > strip.top; }
 
-std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
+std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                           std::uint32_t first_id, DepthStrip &strip, StripPoints &fronts, StripPoints &backs) {
     const StripRun at{frame, run, strip};
     OpenBlock front{fronts}, back{backs};
     std::uint64_t added = 0;
-    for (const SeenBrick &it : seen) {
+    for (const VisibleBrick &it : seen) {
         if (!touches(it, strip) || !it.has_fronts)
             continue;
         const BothSides to{front.open(run, first_id), it.has_backs ? back.open(run, first_id) : nullptr};
@@ -388,12 +388,12 @@ std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, st
     return added;
 }
 
-std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
+std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                         std::uint32_t first_id, const DepthStrip &strip, FarthestDepths &farthest, StripPoints &backs) {
     const StripRun at{frame, run, strip};
     OpenBlock back{backs};
     std::uint64_t added = 0;
-    for (const SeenBrick &it : seen)
+    for (const VisibleBrick &it : seen)
         if (touches(it, strip) && !it.has_fronts && !farthest.hide(it))
             added += add_brick_with_backs<0, true>(at, it, first_id, {nullptr, back.open(run, first_id)}, kSoftSplats);
     return added;
@@ -429,12 +429,12 @@ HWY_EXPORT(add_backs);
 HWY_EXPORT(draw_backs);
 HWY_EXPORT(blend_points);
 
-std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
+std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                           std::uint32_t first_id, DepthStrip &strip, StripPoints &fronts, StripPoints &backs) {
     return HWY_DYNAMIC_DISPATCH(draw_fronts)(frame, run, seen, first_id, strip, fronts, backs);
 }
 
-std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
+std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                         std::uint32_t first_id, const DepthStrip &strip, FarthestDepths &farthest, StripPoints &backs) {
     return HWY_DYNAMIC_DISPATCH(add_backs)(frame, run, seen, first_id, strip, farthest, backs);
 }
@@ -448,14 +448,14 @@ void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const Str
     HWY_DYNAMIC_DISPATCH(blend_points)(frame, strip, points, looks, surface);
 }
 
-void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<SeenBrick> seen) {
-    for (SeenBrick &it : seen)
+void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<VisibleBrick> seen) {
+    for (VisibleBrick &it : seen)
         it.block = 0;
     bound_bricks(frame, run, seen);
     const auto height = static_cast<float>(frame.height), width = static_cast<float>(frame.width);
     const float stretch_x = 1 + frame.middle_x * frame.inverse_focal, // at the borders of the picture
         stretch_y = 1 + frame.middle_y * frame.inverse_focal;
-    for (SeenBrick &it : seen) {
+    for (VisibleBrick &it : seen) {
         const float radius = frame.radii[run.run->chunk->bricks[it.brick].largest_radius];
         const float nearest = it.w - kBrickReach * run.voxel - radius;
         const float extra =

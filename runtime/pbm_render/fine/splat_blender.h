@@ -31,12 +31,12 @@ inline constexpr float kBandCosine = 0.25F;
 // bounds of bricks must include those of soft splats, see widen_bricks. The id of point i of the chunk is `first_id` +
 // i. Appends the points that face the eye to `fronts`, those of the same bricks that face away to `backs`. Returns the
 // number of points; only one strip counts a point.
-std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
+std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                           std::uint32_t first_id, DepthStrip &strip, StripPoints &fronts, StripPoints &backs);
 
 // Appends the points of those bricks that have no fronts to `backs`, but for bricks that `farthest` hides. It is of the
 // strip once all fronts are drawn. Returns the number of points likewise.
-std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const SeenBrick> seen,
+std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                         std::uint32_t first_id, const DepthStrip &strip, FarthestDepths &farthest, StripPoints &backs);
 
 // Draws the backs that may be visible as ellipses, and removes the others. `farthest`: as above.
@@ -51,6 +51,6 @@ void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const Str
 inline constexpr float kBrickReach = 12.2F;
 
 // Marks all bricks as large, and finds their bounds as soft splats.
-void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<SeenBrick> seen);
+void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<VisibleBrick> seen);
 
 } // namespace pbm

@@ -410,7 +410,7 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
                                  octant_starts_);
         }
     }
-    const Appearance appearance = seen_from(projection.axes, model_.parameters.grid, appearance_);
+    const Appearance appearance = turn_lights(projection.axes, model_.parameters.grid, appearance_);
     std::unique_ptr<const FrameSurroundings> surroundings;
     if (surroundings_)
         surroundings = surroundings_->in_frame(appearance, projection, options);

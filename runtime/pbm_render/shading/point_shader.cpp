@@ -92,7 +92,7 @@ Float4 PointShader::mirror(Float4 colour, std::size_t material, std::size_t norm
 }
 
 // Index of the normal, or of the opposite one if (normal . ray of depth 1) exceeds `beyond`.
-std::size_t PointShader::side_seen(std::size_t normal, glm::vec2 pixel, float beyond) const {
+std::size_t PointShader::visible_side(std::size_t normal, glm::vec2 pixel, float beyond) const {
     const SplatNormal &n = normals_[normal];
     const glm::vec3 ray = first_ray_ + pixel.x * ray_right_ + pixel.y * ray_down_;
     const bool away = n.x * ray.x + n.y * ray.y + n.z * ray.z > beyond;

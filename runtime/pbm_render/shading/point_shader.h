@@ -55,7 +55,7 @@ class PointShader {
     // to the reflection of a white point: red, green, blue, 0; called if is_positional().
     template <bool kSpecial, class Lit, class Positional>
     std::uint32_t shade(PointLook point, glm::vec2 pixel, Lit &&lit, Positional &&positional) const {
-        const std::size_t normal = normal_seen(point, pixel);
+        const std::size_t normal = visible_normal(point, pixel);
         if (has_shaded_normals())
             return shaded(point.material, normal);
         Float4 light = table_->unshadowed(point.material, normal);
@@ -80,7 +80,7 @@ class PointShader {
     // What point and spot lights add to the reflection of one white point; shade_points does so for many. `depth`: grid
     // edges.
     template <class Lit> Float4 positional(PointLook point, glm::vec2 pixel, float depth, Lit &&lit) const {
-        const std::size_t normal = normal_seen(point, pixel);
+        const std::size_t normal = visible_normal(point, pixel);
         Float4 light{};
         for (std::size_t l = 0; l < appearance_.lights.size(); ++l)
             if (appearance_.lights[l].kind != LightKind::directional)
@@ -90,11 +90,11 @@ class PointShader {
     }
 
     // Index of the point's normal; where its back is seen, of the opposite one.
-    std::size_t normal_seen(PointLook point, glm::vec2 pixel) const {
+    std::size_t visible_normal(PointLook point, glm::vec2 pixel) const {
         const std::size_t normal = point.normal & kNormalIndexMask;
         if ((point.normal & kTwoSidedBit) != 0)
-            return side_seen(normal, pixel, 0);
-        return projection_.shows_backs ? side_seen(normal, pixel, kFacingSlack) : normal;
+            return visible_side(normal, pixel, 0);
+        return projection_.shows_backs ? visible_side(normal, pixel, kFacingSlack) : normal;
     }
 
   private:
@@ -102,7 +102,7 @@ class PointShader {
         return source_ == ColourSource::material ? material_colours_[point.material] : colours_.linear(point.colour);
     }
     Float4 mirror(Float4 colour, std::size_t material, std::size_t normal) const;
-    std::size_t side_seen(std::size_t normal, glm::vec2 pixel, float beyond) const;
+    std::size_t visible_side(std::size_t normal, glm::vec2 pixel, float beyond) const;
     Float4 reflect(const Light &light, std::size_t material, std::size_t normal, glm::vec2 pixel, float depth) const;
 
     const ModelParameters &parameters_;

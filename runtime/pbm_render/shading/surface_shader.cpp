@@ -216,7 +216,7 @@ PointRow::PointRow(int width)
         array.resize(colour.size());
 }
 
-PointLighting see_points(const EyeRays &rays, const Projection &projection, std::span<const EyeLight> lights) {
+PointLighting make_point_lighting(const EyeRays &rays, const Projection &projection, std::span<const EyeLight> lights) {
     const auto floats = [](glm::dvec3 v) {
         return std::array{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
     };
@@ -238,7 +238,8 @@ SurfaceRow::SurfaceRow(int width)
         array.resize(x.size());
 }
 
-std::vector<EyeLight> see_lights(std::span<const Light> lights, double grid_edge, const Projection &projection) {
+std::vector<EyeLight> lights_in_eye_space(std::span<const Light> lights, double grid_edge,
+                                          const Projection &projection) {
     const auto in_eye_space = [&](glm::dvec3 v) {
         const EyeAxes &axes = projection.axes;
         return std::array{static_cast<float>(glm::dot(v, axes.right)), static_cast<float>(-glm::dot(v, axes.up)),

@@ -36,7 +36,8 @@ struct EyeLight {
     std::array<float, 3> direction; // unit, direction of travel; directional and spot lights
     float exponent;
 };
-std::vector<EyeLight> see_lights(std::span<const Light> lights, double grid_edge, const Projection &projection);
+std::vector<EyeLight> lights_in_eye_space(std::span<const Light> lights, double grid_edge,
+                                          const Projection &projection);
 
 // The ray through pixel (x, y) is ((x - middle_x), (y - middle_y), focal) / focal, eye space.
 struct EyeRays {
@@ -78,7 +79,7 @@ struct PointLighting {
     bool one_material;    // all points of a row have the Phong coefficients of the first one
     bool mirrors;         // rows hold what materials mirror
 };
-PointLighting see_points(const EyeRays &rays, const Projection &projection, std::span<const EyeLight> lights);
+PointLighting make_point_lighting(const EyeRays &rays, const Projection &projection, std::span<const EyeLight> lights);
 
 // The pixels of a row: x ascending, depth in grid edges, padded as the points.
 struct PixelPlaces {

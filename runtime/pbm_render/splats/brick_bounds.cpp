@@ -41,7 +41,7 @@ SplatReach reach_of(const RunGeometry &run, bool shows_backs) {
 
 } // namespace
 
-void bound_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<SeenBrick> bricks) {
+void bound_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<VisibleBrick> bricks) {
     constexpr float kHalf = 3.5F; // voxels from the middle of a brick to its outermost voxels' centres
     const auto &[step_x, step_y, step_z] = run.steps;
     const glm::vec3 to_middle = kHalf * (step_x + step_y + step_z);
@@ -49,7 +49,7 @@ void bound_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<
     const SplatReach reach = reach_of(run, frame.shows_backs);
     const auto width = static_cast<float>(frame.width), height = static_cast<float>(frame.height);
     const std::span<const BrickRecord> records = run.run->chunk->bricks;
-    for (SeenBrick &it : bricks) {
+    for (VisibleBrick &it : bricks) {
         const glm::vec3 middle = glm::vec3(it.u, it.v, it.w) + to_middle;
         const float nearest = middle.z - deep;
         const float largest = frame.radii[records[it.brick].largest_radius];

@@ -8,7 +8,7 @@
 namespace pbm {
 
 // Narrows rows and columns of the bricks, and bounds the depths of their pixels, as splats are drawn: as blocks or as
-// ellipses, see SeenBrick::block.
-void bound_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<SeenBrick> bricks);
+// ellipses, see VisibleBrick::block.
+void bound_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<VisibleBrick> bricks);
 
 } // namespace pbm

@@ -57,19 +57,19 @@ namespace pbm::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // A normal in eye space at a point on the screen; that of a back or of a two-sided point is turned towards the eye.
-struct SeenNormal {
+struct SplatNormal {
     Vector x, y, z;
     Vector ray_x, ray_y; // from the eye through the point, depth 1
     Vector facing;       // cosine between normal and ray, times the ray's length
     Mask two_sided;
 };
 
-HWY_INLINE SeenNormal see_normal(const FrameGeometry &frame, IntVector packed, Vector pixel_x, Vector pixel_y,
-                                 bool are_backs) {
+HWY_INLINE SplatNormal splat_normal(const FrameGeometry &frame, IntVector packed, Vector pixel_x, Vector pixel_y,
+                                    bool are_backs) {
     const Floats d;
     const Ints di;
     const Vector scale = hn::Set(d, 1 / kPackedNormalScale), inverse_focal = hn::Set(d, frame.inverse_focal);
-    SeenNormal n;
+    SplatNormal n;
     n.x = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<23>(packed)), scale);
     n.y = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<23>(hn::ShiftLeft<9>(packed))), scale);
     n.z = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<23>(hn::ShiftLeft<18>(packed))), scale);
@@ -135,7 +135,7 @@ HWY_INLINE Vector rows_to_border(const StripRun &at, const Enlargement &enlarged
     return hn::Add(hn::Mul(hn::Mul(reach, stretch), inverse_depth), set(enlarged.low_pass + 1));
 }
 
-// A vector of points of which some are around the eye. (u, v, w): as of SeenBrick.
+// A vector of points of which some are around the eye. (u, v, w): as of VisibleBrick.
 struct NearPoints {
     Mask is_near;
     Vector u, v, w;
@@ -190,10 +190,10 @@ HWY_INLINE std::size_t add_near(const StripRun &at, const NearPoints &points, st
 }
 
 // Projects points of a brick to the screen and appends to `to` those that may touch the strip. Returns how many of them
-// have their centres in the strip. kBlock: as SeenBrick::block of the brick; kPlaced: the points have surface offsets;
-// redundant ones of thin bricks are left out if they are blocks; kBacks: as SeenBrick::has_backs.
+// have their centres in the strip. kBlock: as VisibleBrick::block of the brick; kPlaced: the points have surface
+// offsets; redundant ones of thin bricks are left out if they are blocks; kBacks: as VisibleBrick::has_backs.
 template <int kBlock, bool kPlaced, bool kBacks>
-HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &brick, const BrickPlaces &places,
+HWY_INLINE std::size_t find_facing_points(const StripRun &at, const VisibleBrick &brick, const BrickPlaces &places,
                                           const BrickPoints &points, const BothSides &to,
                                           const Enlargement &enlarged = {}) {
     const auto &[frame, run, strip] = at;
@@ -250,7 +250,7 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
         const auto sidedness = hn::And(hn::ShiftRight<kTwoSidedShift>(stored), hn::Set(di, kPackedTwoSided));
         const IntVector index = hn::And(stored, hn::Set(di, kNormalIndexMask));
         const IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), sidedness);
-        const SeenNormal normal = see_normal(frame, packed, pixel_x, pixel_y, false);
+        const SplatNormal normal = splat_normal(frame, packed, pixel_x, pixel_y, false);
         const Mask faces = hn::Le(normal.facing, set(slack));
         Mask keep = hn::FirstN(d, points.end - i);
         if (!points.cuts.empty()) [[unlikely]]
@@ -316,8 +316,8 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const SeenBrick &b
 // Appends those points of a brick that find_facing_points keeps, and returns its result. The id of point i of the chunk
 // is `first_id` + i. Accesses stay in bounds if the bytes of a mapped chunk change.
 template <int kBlock, bool kPlaced, bool kBacks>
-HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std::uint32_t first_id, const BothSides &to,
-                                 const Enlargement &enlarged = {}) {
+HWY_INLINE std::size_t add_brick(const StripRun &at, const VisibleBrick &seen, std::uint32_t first_id,
+                                 const BothSides &to, const Enlargement &enlarged = {}) {
     const PointRun &run = *at.run.run;
     const std::span<const std::uint16_t> normals = run.chunk->normals;
     const BrickRecord brick = run.chunk->bricks[seen.brick];
@@ -345,7 +345,7 @@ HWY_INLINE std::size_t add_brick(const StripRun &at, const SeenBrick &seen, std:
 
 // The same for bricks with backs: apart, so that the loop over others stays small.
 template <int kBlock, bool kPlaced>
-HWY_NOINLINE std::size_t add_brick_with_backs(const StripRun &at, const SeenBrick &seen, std::uint32_t first_id,
+HWY_NOINLINE std::size_t add_brick_with_backs(const StripRun &at, const VisibleBrick &seen, std::uint32_t first_id,
                                               const BothSides &to, const Enlargement &enlarged = {}) {
     return add_brick<kBlock, kPlaced, true>(at, seen, first_id, to, enlarged);
 }

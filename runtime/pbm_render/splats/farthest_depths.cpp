@@ -18,7 +18,7 @@ FarthestDepths::Box FarthestDepths::in_strip(const Box &box) const {
             std::min(box.bottom, strip_->bottom) - strip_->top};
 }
 
-bool FarthestDepths::hide(const SeenBrick &brick) {
+bool FarthestDepths::hide(const VisibleBrick &brick) {
     const Box box = in_strip({brick.left, brick.right, brick.top, brick.bottom});
     if (box.left >= box.right || box.top >= box.bottom)
         return true;

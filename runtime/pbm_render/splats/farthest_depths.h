@@ -21,7 +21,7 @@ class FarthestDepths {
 
     // Whether all pixels of the strip that a brick may touch show nearer points already. May return false for such a
     // brick; true if it touches no pixel.
-    bool hide(const SeenBrick &brick);
+    bool hide(const VisibleBrick &brick);
     // The same for a small box and a depth.
     bool hide(const Box &box, float nearest);
 

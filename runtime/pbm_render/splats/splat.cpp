@@ -15,7 +15,7 @@ SplatShape project_splat(const Projection &projection, const ScreenNormal &norma
     float r2 = size.radius * size.radius;
     if (placed) {
         const float moved = kPlacedShrink * *size.offset * size.voxel;
-        r2 = std::max(r2 - moved * moved, kPlacedLeast * kPlacedLeast * r2);
+        r2 = std::max(r2 - moved * moved, kPlacedMin * kPlacedMin * r2);
     }
     const float thickness = normal.thickness * size.voxel * (placed ? kPlacedThickness : 1);
     const float flat = std::max(r2 - thickness * thickness, 0.0F);

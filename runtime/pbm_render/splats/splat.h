@@ -42,8 +42,8 @@ inline constexpr float kEdgeOn = 0.02F;
 inline constexpr float kSteepest = 3;
 // Placed splats are thinner (factor kPlacedThickness) and less steep (kPlacedSteepest replaces kSteepest). They are
 // smaller, because a disc on the surface covers its voxel with a smaller radius r than a disc beside it:
-// r^2 = max(r^2 - (kPlacedShrink * offset)^2, (kPlacedLeast * r)^2).
-inline constexpr float kPlacedThickness = 0.6F, kPlacedSteepest = 2, kPlacedShrink = 0.3F, kPlacedLeast = 0.3F;
+// r^2 = max(r^2 - (kPlacedShrink * offset)^2, (kPlacedMin * r)^2).
+inline constexpr float kPlacedThickness = 0.6F, kPlacedSteepest = 2, kPlacedShrink = 0.3F, kPlacedMin = 0.3F;
 // Replaces kOutlineInset for placed splats.
 inline constexpr float kPlacedOutlineInset = 0.2F;
 // Replace kOutlineInset and kPlacedOutlineInset for splats that are drawn as blocks of pixels: blocks are larger

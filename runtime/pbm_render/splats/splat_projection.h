@@ -20,7 +20,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // A vector of splats: what blocks and ellipses have in common.
 struct ProjectedSplats {
-    SeenNormal normal;
+    SplatNormal normal;
     Vector image_x, image_y; // image of the normal, for focal length and depth 1
     Vector pixel_size;       // at the point's depth
     Vector cosine;           // between the plane's normal and the ray
@@ -37,9 +37,9 @@ HWY_INLINE ProjectedSplats project_splats(const FrameGeometry &frame, float voxe
     const auto clamp_to_one = [&](Vector v) { return hn::Min(hn::Max(v, zero), one); };
     const IntVector packed = hn::Load(di, points.normal.data() + first);
     ProjectedSplats s;
-    s.normal = see_normal(frame, packed, hn::Load(d, points.x.data() + first), hn::Load(d, points.y.data() + first),
-                          points.are_backs);
-    const SeenNormal &n = s.normal;
+    s.normal = splat_normal(frame, packed, hn::Load(d, points.x.data() + first), hn::Load(d, points.y.data() + first),
+                            points.are_backs);
+    const SplatNormal &n = s.normal;
     // Backs lie at the surface, too: inwards is the other way.
     if (points.are_backs) {
         voxel_edge = -voxel_edge;
@@ -101,7 +101,7 @@ HWY_INLINE ProjectedSplats project_ellipses(const StripRun &at, const FacingPoin
     const Vector one = set(1), half = set(0.5F);
     const ProjectedSplats s =
         project_splats<kPlaced>(frame, voxel_edge, kPlaced ? kPlacedOutlineInset : kOutlineInset, points, first);
-    const SeenNormal &n = s.normal;
+    const SplatNormal &n = s.normal;
     const Vector radius = hn::Mul(set(enlarged.radius), hn::Load(d, points.radius.data() + first));
     // Lanes behind the last point are uninitialized: the mask keeps the index within the table.
     const IntVector normal = hn::And(hn::Load(di, points.normal_index.data() + first), hn::Set(di, kNormalIndexMask));
@@ -112,7 +112,7 @@ HWY_INLINE ProjectedSplats project_ellipses(const StripRun &at, const FacingPoin
     Vector r2 = hn::Mul(radius, radius);
     if constexpr (kPlaced) {
         const Vector moved = hn::Mul(hn::Load(d, points.offset.data() + first), set(kPlacedShrink * voxel_edge));
-        r2 = hn::Max(hn::Sub(r2, hn::Mul(moved, moved)), hn::Mul(r2, set(kPlacedLeast * kPlacedLeast)));
+        r2 = hn::Max(hn::Sub(r2, hn::Mul(moved, moved)), hn::Mul(r2, set(kPlacedMin * kPlacedMin)));
     }
     const Vector flat = hn::Max(hn::Sub(r2, hn::Mul(thickness, thickness)), hn::Zero(d));
     const auto covariance = [&](Vector rays, Vector images) {

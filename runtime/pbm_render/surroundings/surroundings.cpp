@@ -176,7 +176,7 @@ RayRow SurroundingsView::rays(glm::dvec2 first, std::size_t count) const {
 }
 
 // Looks at panorama or background where neither object nor ground hides them.
-void SurroundingsView::look_behind(const RayRow &rays, SurroundingsRow &row) const {
+void SurroundingsView::sample_background(const RayRow &rays, SurroundingsRow &row) const {
     if (panorama_ != nullptr) {
         std::fill(row.alpha.begin(), row.alpha.end(), 1.0F);
         panorama_->sample_row(rays, row.wanted.data(), {row.red.data(), row.green.data(), row.blue.data()});
@@ -222,7 +222,7 @@ void SurroundingsView::look(glm::dvec2 first, std::size_t count, const float *ob
     const RayRow seen = rays(first, count);
     if (panorama_ != nullptr)
         HWY_DYNAMIC_DISPATCH(find_free)(row.depth.data(), row.coverage.data(), blocks, row.wanted.data());
-    look_behind(seen, row);
+    sample_background(seen, row);
     if (ground.begin == ground.end)
         return;
     if (ground_frame_.mirror > 0) {

@@ -59,7 +59,7 @@ class SurroundingsView final : public FrameSurroundings {
     GroundRow ground_row(glm::dvec2 first, std::size_t count) const; // empty where there is no ground
     void look(glm::dvec2 first, std::size_t count, const float *object_depths, const GroundRow &ground,
               SurroundingsRow &row) const;
-    void look_behind(const RayRow &rays, SurroundingsRow &row) const;
+    void sample_background(const RayRow &rays, SurroundingsRow &row) const;
 
     const Projection &projection_;
     const PanoramaSampler *panorama_ = nullptr; // behind everything

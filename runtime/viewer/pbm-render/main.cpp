@@ -73,8 +73,10 @@ struct VideoStatistics {
 // What a run drew and cost.
 struct RunStatistics {
     RenderStatistics drawn;
-    double load_ms = 0, frame_ms = 0, encode_ms = 0;
-    StreamingStatistics cost; // until the picture was drawn
+    double load_ms = 0, frame_ms = 0;
+    double encode_ms = 0;                // after the picture was drawn
+    bool is_encoded_while_drawn = false; // most of it
+    StreamingStatistics cost;            // until the picture was drawn
     std::uint64_t file_bytes = 0;
     std::optional<BenchStatistics> bench;
     std::optional<VideoStatistics> video;
@@ -283,7 +285,11 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
         text << shown_name(arguments.output.empty() ? arguments.input : arguments.output) << ": " << size.x << 'x'
              << size.y << ", " << quality_text(arguments.picture_look()) << "level " << s.drawn.level << ", "
              << s.drawn.drawn_points << " of " << s.drawn.points << " points drawn, load " << s.load_ms << " ms, frame "
-             << s.frame_ms << " ms, encode " << s.encode_ms << " ms\n";
+             << s.frame_ms << " ms";
+    if (arguments.wants_picture() && s.is_encoded_while_drawn)
+        text << " with encoding\n";
+    else if (arguments.wants_picture())
+        text << ", encode " << s.encode_ms << " ms\n";
     if (s.video)
         text << shown_name(arguments.video().output) << ": " << arguments.video().frames << " frames of " << size.x
              << 'x' << size.y << ", " << quality_text(arguments.frame_look()) << s.video->bytes << " bytes, "
@@ -332,6 +338,7 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
     RowTasks tasks;
     if (!arguments.output.empty() && *arguments.form() == PictureForm::png && view.look.render.background[3] == 255) {
         bands.emplace(picture, true, threads);
+        statistics.is_encoded_while_drawn = true;
         tasks = {.count = bands->count(),
                  .end_row = [&](std::size_t band) { return bands->end_row(band); },
                  .run = [&](std::size_t band, std::size_t thread) { bands->encode(band, thread); }};

@@ -27,9 +27,9 @@ std::string number(double value, int digits = 6) {
 std::array<std::string, 3> tick_texts(double least, double most) {
     if (least == most)
         return {"", number(least), ""};
-    constexpr int kFewest = 6, kMost = 17;
+    constexpr int kMin = 6, kMax = 17;
     std::array<std::string, 3> texts;
-    for (int digits = kFewest; digits <= kMost; ++digits) {
+    for (int digits = kMin; digits <= kMax; ++digits) {
         texts = {number(least, digits), number((least + most) / 2, digits), number(most, digits)};
         if (texts[0] != texts[1] && texts[1] != texts[2])
             break;

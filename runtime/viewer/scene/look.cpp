@@ -25,7 +25,7 @@ Look with_fixed_lights(Look look, const Camera &camera, const Grid &grid) {
     Appearance &appearance = look.appearance;
     const auto shadows = appearance.shadows;
     appearance.lights_follow = look.lights_follow();
-    appearance = seen_from(eye_axes(camera), grid, std::move(appearance));
+    appearance = turn_lights(eye_axes(camera), grid, std::move(appearance));
     appearance.shadows = shadows;
     look.options.lights_follow = std::nullopt;
     return look;

@@ -282,7 +282,7 @@ TEST(LightsOfAFileWithoutLights, StandBesideEveryEye) {
         EXPECT_LT(first[0].z, 0);
         for (const glm::dvec3 from : {glm::dvec3(1, 2, 3), glm::dvec3(-4, 0.1, 1), glm::dvec3(0.2, -5, -1)}) {
             const EyeAxes eye = eye_axes({.position = from, .focal_point = {}, .up = {1, 1, 0}});
-            const std::vector<glm::vec3> seen = beside(eye, seen_from(eye, parameters.grid, appearance));
+            const std::vector<glm::vec3> seen = beside(eye, turn_lights(eye, parameters.grid, appearance));
             for (std::size_t light = 0; light < first.size(); ++light)
                 EXPECT_LT(glm::length(seen[light] - first[light]), 1e-6F);
         }
@@ -295,9 +295,9 @@ TEST(LightsOfAFile, StayUnlessTheyAreToFollowTheEye) {
     parameters.grid = {.depth = 2, .origin = {-1, -2, -3}, .voxel_size = 0.5}; // edge 2
     parameters.lights = {{.kind = LightKind::spot, .position = {1.5F, 3, 7}, .direction = {0, 0.6F, -0.8F}}};
     Appearance appearance(parameters);
-    EXPECT_EQ(seen_from(behind, parameters.grid, appearance), appearance);
+    EXPECT_EQ(turn_lights(behind, parameters.grid, appearance), appearance);
     appearance.lights_follow = LightsFollow::eye;
-    const Appearance seen = seen_from(behind, parameters.grid, appearance);
+    const Appearance seen = turn_lights(behind, parameters.grid, appearance);
     const std::array<float, 3> place{0.5F, 3, -5}, direction{0, 0.6F, 0.8F}; // turned about the middle of the grid
     for (std::size_t axis = 0; axis < 3; ++axis) {
         EXPECT_NEAR(seen.lights[0].position[axis], place[axis], 1e-5F);

@@ -42,8 +42,8 @@ void expect_bounds(const DrawnModel &model, const Camera &camera) {
             brick.last = i + 1 < bricks.size() ? bricks[i + 1].first_point : run.last;
             drawn += renderer.render(std::span(&brick, 1), camera, {}, alone).drawn_points;
             const RunGeometry geometry(brick, frame);
-            std::vector<SeenBrick> seen(bricks.size());
-            seen.resize(find_seen_bricks(geometry, frame, seen));
+            std::vector<VisibleBrick> seen(bricks.size());
+            seen.resize(find_visible_bricks(geometry, frame, seen));
             bound_bricks(frame, geometry, seen);
             for (int y = 0; y < kBoundsHeight; ++y)
                 for (int x = 0; x < kBoundsWidth; ++x) {

@@ -56,7 +56,7 @@ TEST(FarthestDepths, HideWhatLiesBehindAllPixelsOfItsTiles) {
             box.right <= 0 || box.left >= kTileWidth || box.bottom <= kTileTop || box.top >= kTileBottom;
         EXPECT_EQ(farthest.hide(box, nearest), is_beside || nearest > farthest_in(strip, in_tiles(box, 4, 4)));
         hidden += !is_beside && farthest.hide(box, nearest);
-        SeenBrick brick{};
+        VisibleBrick brick{};
         brick.left = std::max(box.left, 0);
         brick.right = std::min(box.right, kTileWidth);
         brick.top = box.top;

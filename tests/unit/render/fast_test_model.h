@@ -68,11 +68,11 @@ class WholeLevel {
     }
     // Surface offsets of all points of the level.
     std::vector<std::int8_t> offsets() const {
-        SurfaceOffsets workplace;
+        SurfaceOffsets scratch;
         std::vector<std::int8_t> all;
         for (const PointRun &run : runs) {
             std::vector<std::int8_t> some(run.chunk->normals.size());
-            workplace.estimate(*run.chunk, some);
+            scratch.estimate(*run.chunk, some);
             all.insert(all.end(), some.begin(), some.end());
         }
         return all;

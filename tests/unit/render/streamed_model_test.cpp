@@ -284,9 +284,9 @@ BricksWithOffsets find_offsets(const Detail &detail, const DetailView &view) {
     for (const PointRun &run : detail.runs) {
         if (run.first != 0 || run.last != run.entry->shape.points)
             continue;
-        std::vector<SeenBrick> seen(run.chunk->bricks.size());
-        seen.resize(find_seen_bricks(RunGeometry(run, frame), frame, seen));
-        for (const SeenBrick &brick : seen) {
+        std::vector<VisibleBrick> seen(run.chunk->bricks.size());
+        seen.resize(find_visible_bricks(RunGeometry(run, frame), frame, seen));
+        for (const VisibleBrick &brick : seen) {
             bricks.facing += brick.faces_eye;
             bricks.estimated += brick.faces_eye && run.offsets->has(brick.brick);
         }

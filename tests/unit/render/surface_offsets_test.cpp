@@ -186,8 +186,8 @@ TEST(SurfaceOffsets, OfBytesThatChangedAreOffsetsAsWell) {
     }
 }
 
-std::vector<SeenBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std::size_t end, bool faces_eye) {
-    std::vector<SeenBrick> seen;
+std::vector<VisibleBrick> seen_bricks(std::uint32_t first, std::uint32_t step, std::size_t end, bool faces_eye) {
+    std::vector<VisibleBrick> seen;
     for (std::uint32_t i = first; i < end; i += step)
         seen.push_back({.u = 0,
                         .v = 0,

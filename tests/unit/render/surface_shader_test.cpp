@@ -68,11 +68,11 @@ TEST(ShadePoints, AgreesWithPointShaderForEveryNormalAndKindOfLight) {
         camera.backs = Backs::hide; // the fast renderer turns normals itself where it shows backs
         const Projection projection(in_unit_grid(camera, parameters), kRow, 200);
         const PointShader shader(parameters, appearance, projection, nullptr, {}, true);
-        const std::vector<EyeLight> lights = see_lights(appearance.lights, parameters.grid.edge(), projection);
+        const std::vector<EyeLight> lights = lights_in_eye_space(appearance.lights, parameters.grid.edge(), projection);
         PointLighting lighting =
-            see_points({static_cast<float>(projection.middle.x), static_cast<float>(projection.middle.y),
-                        static_cast<float>(1 / projection.focal)},
-                       projection, lights);
+            make_point_lighting({static_cast<float>(projection.middle.x), static_cast<float>(projection.middle.y),
+                                 static_cast<float>(1 / projection.focal)},
+                                projection, lights);
         lighting.shadowed = shader.shadowed();
         ASSERT_EQ(lighting.shadowed, 2U);
         std::size_t others = 0;

@@ -35,7 +35,7 @@ struct Run {
 
 Error transparent() { return bad_input("the images are transparent everywhere: there is nothing to build"); }
 
-Error of_input(const std::string &name, Error error) {
+Error with_input_name(const std::string &name, Error error) {
     if (!name.empty())
         error.message = name + ": " + error.message;
     return error;
@@ -240,9 +240,9 @@ Result<Surface> gather(std::vector<Surface> surfaces, const Run &run) {
         if (surface.positions.empty())
             continue;
         if (Status repaired = repair(surface, options, run.clock, statistics); !repaired)
-            return of_input(surface.name, repaired.error());
+            return with_input_name(surface.name, repaired.error());
         if (Status good = examine_surface(surface, options.strict, statistics); !good)
-            return of_input(surface.name, good.error());
+            return with_input_name(surface.name, good.error());
         choose_creases(surface, options.crease_angle, threads, statistics);
     }
     std::erase_if(surfaces, [](const Surface &surface) { return surface.positions.empty(); });
@@ -418,7 +418,7 @@ Result<std::vector<Surface>> read_surfaces(std::span<const std::string> inputs, 
                                             .threads = options.threads});
         });
         if (!surface)
-            return of_input(name, surface.error());
+            return with_input_name(name, surface.error());
         surface->name = name;
         if (scan.pose)
             pose(*surface, *scan.pose);

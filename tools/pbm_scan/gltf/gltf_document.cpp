@@ -237,8 +237,8 @@ Result<GltfDocument::View> GltfDocument::decompressed(const Json &extension, std
     if (offset > from->size() || length > from->size() - offset)
         return bad_input(name + " goes beyond the end of its buffer");
     // The codec packs 64 bytes into one at best.
-    constexpr std::size_t kMostPacked = 64, kMostStride = 256;
-    if (stride == 0 || stride > kMostStride || count > (kMostPacked * length + kFreeElements) / stride)
+    constexpr std::size_t kMaxPacked = 64, kMaxStride = 256;
+    if (stride == 0 || stride > kMaxStride || count > (kMaxPacked * length + kFreeElements) / stride)
         return bad_input(name + " announces more elements than its compressed bytes can hold");
     auto &out = decompressed_[index];
     if (out.empty() && count != 0) {

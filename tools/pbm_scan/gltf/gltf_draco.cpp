@@ -17,7 +17,7 @@ namespace {
 struct Head {
     std::uint64_t vertices = 0, corners = 0;
 };
-constexpr std::uint64_t kMostNumbers = std::uint64_t{1} << 31;
+constexpr std::uint64_t kMaxNumbers = std::uint64_t{1} << 31;
 
 template <class T> void send_all(const std::vector<T> &values, const ByteSink &send) {
     send({reinterpret_cast<const std::uint8_t *>(values.data()), values.size() * sizeof(T)});
@@ -97,7 +97,7 @@ Result<DracoMesh> decode_draco(ByteView bytes, std::span<const DracoRequest> req
         if (expected == sizeof(Head) && received.size() >= sizeof(Head)) {
             std::memcpy(&head, received.data(), sizeof head);
             std::uint64_t numbers = head.corners;
-            if (head.vertices > kMostNumbers || head.corners > kMostNumbers)
+            if (head.vertices > kMaxNumbers || head.corners > kMaxNumbers)
                 return astray();
             for (const DracoRequest &request : requests)
                 numbers += head.vertices * request.components;

@@ -34,10 +34,10 @@ inline std::optional<std::size_t> index_of(const Json *value) {
         return std::nullopt;
     if (value->is_number_unsigned())
         return value->get<std::size_t>();
-    constexpr double kMost = 9007199254740992; // 2^53: "3.0" is an integer too
+    constexpr double kMax = 9007199254740992; // 2^53: "3.0" is an integer too
     const double number = value->is_number_float() ? value->get<double>() : -1;
-    return number >= 0 && number <= kMost && number == std::floor(number) ? static_cast<std::size_t>(number)
-                                                                          : ~std::size_t{0};
+    return number >= 0 && number <= kMax && number == std::floor(number) ? static_cast<std::size_t>(number)
+                                                                         : ~std::size_t{0};
 }
 inline std::optional<std::size_t> index_of(const Json *from, const char *key) { return index_of(member(from, key)); }
 

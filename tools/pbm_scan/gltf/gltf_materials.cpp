@@ -126,9 +126,9 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
         made.material.environment = static_cast<float>(0.4 * metal * (1 - rough));
     }
     const std::string mode = text_of(described, "alphaMode");
-    constexpr double kUsualCutoff = 0.5, kLeastFactor = 1e-3;
+    constexpr double kUsualCutoff = 0.5, kMinFactor = 1e-3;
     const double cutoff = std::clamp(number_of(described, "alphaCutoff", kUsualCutoff), 0.0, 1.0) /
-                          std::max(kLeastFactor, static_cast<double>(made.factor.w));
+                          std::max(kMinFactor, static_cast<double>(made.factor.w));
     if (image != nullptr)
         read_image(*image, mode == "MASK" ? static_cast<float>(std::min(cutoff, 1.0)) : 0, made);
     if (mode == "BLEND" || (mode == "MASK" && !made.has_image))

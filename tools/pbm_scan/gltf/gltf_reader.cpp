@@ -96,7 +96,7 @@ class GltfReader {
 
   private:
     static constexpr std::uint64_t kFreeVertices = std::uint64_t{1} << 24;
-    static constexpr std::size_t kMostNodes = std::size_t{1} << 20;
+    static constexpr std::size_t kMaxNodes = std::size_t{1} << 20;
 
     // A mesh at its place.
     struct Shown {
@@ -152,8 +152,8 @@ class GltfReader {
             if (visit.depth > items(nodes))
                 return bad_input("nodes[" + std::to_string(visit.node) +
                                  "] is a child of itself; export the scan again");
-            if (++visits > kMostNodes)
-                return too_large("more than " + std::to_string(kMostNodes) + " nodes to show; export fewer");
+            if (++visits > kMaxNodes)
+                return too_large("more than " + std::to_string(kMaxNodes) + " nodes to show; export fewer");
             const glm::dmat4 to_scene = visit.to_scene * matrix_of(*node);
             if (const auto mesh = index_of(node, "mesh"))
                 shown_.push_back({*mesh, to_scene});
@@ -477,10 +477,10 @@ std::vector<std::string> files_of_gltf(const ScanFile &file) {
     std::vector<std::string> files;
     if (!document)
         return files;
-    constexpr std::size_t kMost = 256;
+    constexpr std::size_t kMax = 256;
     for (const char *kind : {"buffers", "images"}) {
         const Json *const all = document->root(kind);
-        for (std::size_t i = 0; i < std::min(items(all), kMost); ++i)
+        for (std::size_t i = 0; i < std::min(items(all), kMax); ++i)
             if (const auto path = file_of_uri(file.path, text_of(item(all, i), "uri"));
                 path && std::find(files.begin(), files.end(), *path) == files.end())
                 files.push_back(*path);

@@ -139,8 +139,8 @@ class ArithmeticDecoder {
 
     // `count` bits that are equally likely; 1 <= count <= 32.
     std::uint32_t bits(unsigned count) {
-        constexpr unsigned kMost = 19;
-        if (count > kMost) {
+        constexpr unsigned kMax = 19;
+        if (count > kMax) {
             const std::uint32_t low = bits(16);
             return bits(count - 16) << 16 | low;
         }

@@ -10,7 +10,7 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::size_t kLeastHeader = 227, kHeaderOf14 = 375, kRecordHeader = 54;
+constexpr std::size_t kMinHeader = 227, kHeaderOf14 = 375, kRecordHeader = 54;
 
 constexpr std::array<PointFormat, 11> kFormats{{{20, 0, 0, 0, 0, false},
                                                 {28, 20, 0, 0, 0, false},
@@ -29,14 +29,14 @@ class LasHeaderReader {
     explicit LasHeaderReader(ByteView bytes) : bytes_(bytes) {}
 
     Result<LasHeader> run() {
-        if (bytes_.size() < kLeastHeader)
+        if (bytes_.size() < kMinHeader)
             return bad_input("the LAS header is cut short", bytes_.size());
         const std::size_t size = at<std::uint16_t>(94);
         const int major = bytes_[24], minor = bytes_[25];
         if (major != 1 || minor > 5)
             return Error{ErrorCode::unsupported_version, 24,
                          "LAS " + std::to_string(major) + "." + std::to_string(minor) + "; export it as LAS 1.4"};
-        if (size < kLeastHeader || size > bytes_.size() || (minor >= 4 && size < kHeaderOf14))
+        if (size < kMinHeader || size > bytes_.size() || (minor >= 4 && size < kHeaderOf14))
             return bad_input("the LAS header says that it has " + std::to_string(size) + " bytes", 94);
         LasHeader header;
         header.first = at<std::uint32_t>(96);
@@ -83,7 +83,7 @@ class LasHeaderReader {
     // Looks among the variable length records for the coordinate reference system, the extra bytes and LASzip.
     void read_records(std::size_t from, std::uint32_t count, LasHeader &header) const {
         constexpr std::uint16_t kWkt = 2112, kExtraBytes = 4, kLaszip = 22204;
-        constexpr std::size_t kMostCrs = 4096;
+        constexpr std::size_t kMaxCrs = 4096;
         for (std::uint32_t i = 0; i < count && header.first - from >= kRecordHeader; ++i) {
             const std::string_view user = as_text(bytes_.subspan(from + 2, 16));
             const auto id = at<std::uint16_t>(from + 18);
@@ -91,7 +91,7 @@ class LasHeaderReader {
             from += kRecordHeader;
             if (length > header.first - from)
                 return;
-            if (user.starts_with("LASF_Projection") && id == kWkt && length <= kMostCrs) {
+            if (user.starts_with("LASF_Projection") && id == kWkt && length <= kMaxCrs) {
                 const std::string_view text = as_text(bytes_.subspan(from, length));
                 header.crs = text.substr(0, text.find('\0'));
             }

@@ -14,13 +14,13 @@ namespace pbm::build {
 
 // Makes normals without a direction zero, or removes all if none has one. `note`: of the report.
 inline void keep_normals(Surface &surface, std::string note) {
-    constexpr float kLeastLength = 1e-6F;
+    constexpr float kMinLength = 1e-6F;
     if (surface.normals.empty())
         return;
     std::size_t absent = 0;
     for (glm::vec3 &n : surface.normals) {
         const float length = glm::length(n);
-        if (!std::isfinite(length) || length < kLeastLength)
+        if (!std::isfinite(length) || length < kMinLength)
             n = glm::vec3(0.0F);
         absent += n == glm::vec3(0.0F) ? 1U : 0U;
     }

@@ -75,7 +75,7 @@ std::uint64_t hash_of(const glm::dvec3 &p) {
 // The first corner that equals each, by a table of hashes. Nothing if too many corners share a hash: a hostile file
 // could make all of them equal.
 std::optional<std::vector<std::uint32_t>> first_equals(std::span<const glm::dvec3> corners) {
-    constexpr std::size_t kMostProbes = 256;
+    constexpr std::size_t kMaxProbes = 256;
     constexpr std::uint32_t kEmpty = 0xFFFFFFFF;
     const std::size_t size = std::bit_ceil(corners.size() + corners.size() / 2 + 1);
     std::vector<std::uint32_t> table(size, kEmpty), first(corners.size());
@@ -83,7 +83,7 @@ std::optional<std::vector<std::uint32_t>> first_equals(std::span<const glm::dvec
         std::size_t at = hash_of(corners[i]) & (size - 1), probes = 0;
         while (table[at] != kEmpty && corners[table[at]] != corners[i]) {
             at = (at + 1) & (size - 1);
-            if (++probes == kMostProbes)
+            if (++probes == kMaxProbes)
                 return std::nullopt;
         }
         if (table[at] == kEmpty)

@@ -116,7 +116,7 @@ Unpacked unpack_zstd(std::span<const std::uint8_t> file, std::uint64_t limit) {
 
 std::optional<Unpacked> unpacked(std::span<const std::uint8_t> file, std::uint64_t max_bytes) {
     const std::uint64_t limit =
-        std::min(max_bytes, std::max(kLeastUnpackedLimit, kMostUnpackedFactor * std::uint64_t{file.size()}));
+        std::min(max_bytes, std::max(kMinUnpackedLimit, kMaxUnpackedFactor * std::uint64_t{file.size()}));
     if (as_text(file).starts_with("\x1f\x8b"))
         return unpack_gzip(file, limit);
     if (as_text(file).starts_with("\x28\xb5\x2f\xfd"))

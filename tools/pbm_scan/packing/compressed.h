@@ -12,7 +12,7 @@ namespace pbm::build {
 
 // Unpacked at most: this factor of the compressed bytes, and as many bytes in any case. Text of scans packs 3 to 10 to
 // one.
-inline constexpr std::uint64_t kMostUnpackedFactor = 200, kLeastUnpackedLimit = std::uint64_t{64} << 20;
+inline constexpr std::uint64_t kMaxUnpackedFactor = 200, kMinUnpackedLimit = std::uint64_t{64} << 20;
 
 // The unpacked bytes of a file that begins with the magic number of gzip or zstd (one or more members or frames);
 // nothing for another file. `max_bytes`: a further limit.

@@ -57,11 +57,11 @@ Result<Material> finish_material(const std::array<double, 8> &values, std::size_
     };
     const std::array<std::pair<float *, const char *>, 4> factors{
         {{&material.ka, "ka"}, {&material.kd, "kd"}, {&material.ks, "ks"}, {&material.power, "power"}}};
-    constexpr double kMost = 1e6;
+    constexpr double kMax = 1e6;
     for (std::size_t i = 0; i < factors.size(); ++i) {
         if (std::isnan(values[i]))
             continue; // not in the file
-        if (!(values[i] >= 0 && values[i] <= kMost))
+        if (!(values[i] >= 0 && values[i] <= kMax))
             return refuse(factors[i].second, "0..1000000");
         *factors[i].first = static_cast<float>(values[i]);
     }

@@ -44,8 +44,8 @@ Result<SpzHeader> read_header(ByteView bytes) {
         return bad_input("the SPZ file announces " + std::to_string(header.splats) +
                              " splats: it is damaged; copy or export it again",
                          8);
-    constexpr int kMostDegree = 4, kMostFraction = 24;
-    if (header.degree > kMostDegree || header.fraction_bits > kMostFraction)
+    constexpr int kMaxDegree = 4, kMaxFraction = 24;
+    if (header.degree > kMaxDegree || header.fraction_bits > kMaxFraction)
         return bad_input("the SPZ header is damaged", 12);
     if (header.version == 4) {
         if (bytes.size() < kHeaderOf4)

@@ -90,8 +90,8 @@ class HeaderReader {
   private:
     std::vector<std::string> words() {
         std::vector<std::string> all;
-        constexpr std::size_t kMost = 256;
-        for (std::string_view word = lines_.word(); !word.empty() && all.size() < kMost; word = lines_.word())
+        constexpr std::size_t kMax = 256;
+        for (std::string_view word = lines_.word(); !word.empty() && all.size() < kMax; word = lines_.word())
             all.emplace_back(word);
         return all;
     }
@@ -119,8 +119,8 @@ class HeaderReader {
                 size && (field.type == 'F' ? *size == 4 || *size == 8
                                            : (field.type == 'I' || field.type == 'U') &&
                                                  (*size == 1 || *size == 2 || *size == 4 || *size == 8));
-            constexpr std::size_t kMostCount = 65536;
-            if (!is_known || !count || *count == 0 || *count > kMostCount)
+            constexpr std::size_t kMaxCount = 65536;
+            if (!is_known || !count || *count == 0 || *count > kMaxCount)
                 return lines_.refuse("field " + printable_in_quotes(names[i]) + " has no type that PCD knows");
             field.size = *size;
             field.count = *count;

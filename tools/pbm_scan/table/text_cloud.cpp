@@ -17,7 +17,7 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::size_t kMostColumns = 64;
+constexpr std::size_t kMaxColumns = 64;
 
 // Whether all values of three columns from `first` on are such, but for missing ones.
 template <class Is> bool all_are(std::span<const double> values, std::size_t columns, std::size_t first, const Is &is) {
@@ -140,7 +140,7 @@ class TextCloud {
         std::vector<std::string> names = text_cells(line, separator);
         while (!names.empty() && names.back().empty())
             names.pop_back();
-        if (names.size() > kMostColumns)
+        if (names.size() > kMaxColumns)
             return {};
         for (std::size_t i = 0; i < names.size(); ++i)
             if (names[i].empty())
@@ -181,7 +181,7 @@ class TextCloud {
     std::string_view read_words(std::string_view line) {
         const char *at = line.data();
         const char *const end = at + line.size();
-        while (row_.size() <= kMostColumns) {
+        while (row_.size() <= kMaxColumns) {
             while (at != end && ends_word(*at))
                 ++at;
             if (at == end)
@@ -206,7 +206,7 @@ class TextCloud {
         const char *at = line.data();
         const char *const end = at + line.size();
         const auto is_blank = [this](char c) { return c != style_.separator && ends_word(c); };
-        while (row_.size() <= kMostColumns) {
+        while (row_.size() <= kMaxColumns) {
             const char *cell_end = std::find(at, end, style_.separator);
             const char *const first = std::find_if_not(at, cell_end, is_blank);
             double value = 0;
@@ -273,8 +273,8 @@ class TextCloud {
                                  std::to_string(row_.size() + empty_ + 1) +
                                  " is not a number; '-' in --columns skips a column of text");
         }
-        if (row_.size() > kMostColumns)
-            return lines_.refuse("more than " + std::to_string(kMostColumns) + " columns");
+        if (row_.size() > kMaxColumns)
+            return lines_.refuse("more than " + std::to_string(kMaxColumns) + " columns");
         if (row_.empty()) // blanks or separators only
             return {};
         if (row_.size() == 1 && empty_ == 0)
@@ -295,8 +295,8 @@ class TextCloud {
                                  "points, --columns says what its columns are");
         const bool is_header = !has_names || (!options_.columns.empty() && !has_header_);
         has_header_ = has_header_ || is_header;
-        constexpr std::uint64_t kMostSkipped = 3; // titles and units
-        if (!is_header && skipped_ == kMostSkipped)
+        constexpr std::uint64_t kMaxSkipped = 3; // titles and units
+        if (!is_header && skipped_ == kMaxSkipped)
             return lines_.refuse("a fourth row of text behind the names: " + printable_in_quotes(first) +
                                  " is not a number");
         if (!is_header && skipped_++ == 0)

@@ -11,7 +11,7 @@
 namespace pbm::build {
 
 std::string printable(std::string_view text) {
-    constexpr std::size_t kMost = 40;
+    constexpr std::size_t kMax = 40;
     // Marks that have no width or turn the direction of what follows could make a message say something else.
     const auto is_mark = [](char32_t code) {
         return (code >= 0x200B && code <= 0x200F) || (code >= 0x2028 && code <= 0x202E) ||
@@ -19,7 +19,7 @@ std::string printable(std::string_view text) {
     };
     std::string out;
     for (std::size_t count = 0; !text.empty(); ++count) {
-        if (count == kMost)
+        if (count == kMax)
             return out + "...";
         const Utf8Character next = utf8_character(text);
         const std::size_t bytes = std::max<std::size_t>(next.bytes, 1);
@@ -52,14 +52,14 @@ std::size_t numbered_names(std::span<const std::string> names) {
 } // namespace
 
 std::string listed(std::span<const std::string> names, std::string_view separator) {
-    constexpr std::size_t kLeastNumbered = 5, kMostEntries = 64;
+    constexpr std::size_t kMinNumbered = 5, kMaxEntries = 64;
     std::string text;
     for (std::size_t entries = 0; !names.empty(); ++entries) {
         (text += text.empty() ? "" : separator) +=
-            entries == kMostEntries ? std::to_string(names.size()) + " more" : printable(names.front());
-        if (entries == kMostEntries)
+            entries == kMaxEntries ? std::to_string(names.size()) + " more" : printable(names.front());
+        if (entries == kMaxEntries)
             break;
-        const std::size_t numbered = numbered_names(names), taken = numbered < kLeastNumbered ? 1 : numbered;
+        const std::size_t numbered = numbered_names(names), taken = numbered < kMinNumbered ? 1 : numbered;
         if (taken > 1)
             text.append("..").append(printable(names[taken - 1]));
         names = names.subspan(taken);

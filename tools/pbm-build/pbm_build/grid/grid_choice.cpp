@@ -263,7 +263,7 @@ double texels_per_voxel(const Surface &surface, const Bounds &bounds, double vox
     const auto has_image = [&](std::size_t i) { return surface.texture_ids[i] != Surface::kNoTexture; };
     const double area = sum_over_triangles(
         surface, threads, [&](std::size_t i) { return has_image(i) ? area_of(surface, i) / edge / edge : 0; });
-    constexpr double kMost = 0x1p30, kUnit = 0x1p12; // sum_over_triangles takes values below 2^19
+    constexpr double kMax = 0x1p30, kUnit = 0x1p12; // sum_over_triangles takes values below 2^19
     const double texels = kUnit * sum_over_triangles(surface, threads, [&](std::size_t i) {
                               if (!has_image(i))
                                   return 0.0;
@@ -271,7 +271,7 @@ double texels_per_voxel(const Surface &surface, const Bounds &bounds, double vox
                               const TextureCorners &at = surface.texture_corners[i];
                               const glm::dvec2 u(at[1] - at[0]), v(at[2] - at[0]);
                               const double size = static_cast<double>(image.width) * static_cast<double>(image.height);
-                              return std::min(kMost, std::abs(u.x * v.y - u.y * v.x) / 2 * size) / kUnit;
+                              return std::min(kMax, std::abs(u.x * v.y - u.y * v.x) / 2 * size) / kUnit;
                           });
     return area > 0 ? texels * (voxel_size / edge) * (voxel_size / edge) / area : 0;
 }

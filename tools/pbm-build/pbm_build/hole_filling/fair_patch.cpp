@@ -45,7 +45,7 @@ class Laplacian {
             for (; i < weights.size() && weights[i].from == from && weights[i].to == to; ++i)
                 weight += weights[i].value;
             if (from != to && std::max(from, to) >= patch.rim)
-                weight = std::max(weight, kLeastWeight); // else values could lie beyond those around
+                weight = std::max(weight, kMinWeight); // else values could lie beyond those around
             entries_.push_back({to, -weight});
             starts_[from + 1] = entries_.size();
         }
@@ -59,7 +59,7 @@ class Laplacian {
     double area(std::size_t vertex) const { return areas_[vertex]; }
 
   private:
-    static constexpr double kLeastWeight = 0.01;
+    static constexpr double kMinWeight = 0.01;
 
     void set_diagonal(std::size_t vertex) {
         double sum = 0;
@@ -136,13 +136,13 @@ void fair_patch(Patch &patch, const Rim &rim) {
         return;
     const Laplacian laplacian(patch);
     Equations equations(patch.rim, patch.positions, patch.positions.size());
-    constexpr double kLeastArea = 1e-9; // of a rim that is 1 long
+    constexpr double kMinArea = 1e-9; // of a rim that is 1 long
     for (std::size_t i = patch.rim; i < patch.positions.size(); ++i) {
         for (const Laplacian::Entry &entry : laplacian.row(i)) {
             const std::size_t centre = entry.vertex;
             const bool is_rim = centre < patch.rim;
             const double area = laplacian.area(centre) + (is_rim ? rim.vertices[centre].outside_area : 0);
-            const double factor = entry.value / std::max(area, kLeastArea);
+            const double factor = entry.value / std::max(area, kMinArea);
             for (const Laplacian::Entry &other : laplacian.row(centre))
                 equations.add(other.vertex, factor * other.value);
             if (is_rim) {

@@ -124,7 +124,7 @@ std::size_t NearVoxelCursor::nearest_by_tree(std::size_t voxel, std::span<Neighb
     const PointNeighbours &tree = voxels_.tree();
     if (!in_tree_)
         in_tree_.emplace(tree);
-    std::array<NearPoint, kMost> near;
+    std::array<NearPoint, kMax> near;
     const std::size_t count = in_tree_->nearest(voxel, std::span(near).first(found.size()));
     for (std::size_t i = 0; i < count; ++i)
         found[i] = {near[i].point, static_cast<float>(near[i].squared_distance),
@@ -133,7 +133,7 @@ std::size_t NearVoxelCursor::nearest_by_tree(std::size_t voxel, std::span<Neighb
 }
 
 std::size_t NearVoxelCursor::nearest(std::size_t voxel, std::span<Neighbour> found) {
-    assert(found.size() <= kMost);
+    assert(found.size() <= kMax);
     const MortonCode code = voxels_.codes_[voxel];
     if (voxels_.depth_ < kNodeBits)
         return nearest_by_tree(voxel, found);

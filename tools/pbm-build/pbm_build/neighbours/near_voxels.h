@@ -41,8 +41,8 @@ class NearVoxelCursor {
   public:
     explicit NearVoxelCursor(const NearVoxels &voxels);
 
-    // As PointNeighbours::nearest, at most kMost.
-    static constexpr std::size_t kMost = 48;
+    // As PointNeighbours::nearest, at most kMax.
+    static constexpr std::size_t kMax = 48;
     std::size_t nearest(std::size_t voxel, std::span<Neighbour> found);
 
   private:

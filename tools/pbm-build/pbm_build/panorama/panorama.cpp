@@ -47,13 +47,13 @@ float luminance(const float *rgb) { return 0.2126F * rgb[0] + 0.7152F * rgb[1] +
 
 // Geometric mean; weights the latitudes by a parabola instead of their cosine.
 float mean_luminance(const std::vector<float> &pixels, std::size_t width) {
-    constexpr float kLeast = 1e-6F;
+    constexpr float kMin = 1e-6F;
     const std::uint64_t height = pixels.size() / 3 / width;
     std::uint64_t sum = 0, weights = 0;
     for (std::uint64_t y = 0; y < height; ++y) {
         std::uint64_t row = 0;
         for (std::size_t x = 0; x < width; ++x)
-            row += std::bit_cast<std::uint32_t>(std::max(luminance(&pixels[3 * (y * width + x)]), kLeast));
+            row += std::bit_cast<std::uint32_t>(std::max(luminance(&pixels[3 * (y * width + x)]), kMin));
         const std::uint64_t weight = 1 + 1024 * (2 * y + 1) * (2 * (height - y) - 1) / (4 * height * height);
         sum += row / width * weight;
         weights += weight;

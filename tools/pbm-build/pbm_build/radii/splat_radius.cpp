@@ -22,7 +22,7 @@ constexpr double kStray = 3;                // maximum reach over the median spa
 constexpr std::size_t kNormalVotes = 16;    // neighbours whose normals are averaged
 constexpr double kMaxVoxels = 2;            // maximum radius of dense samples, voxels
 constexpr std::size_t kCellNeighbours = 12; // neighbours that clip a cell
-constexpr std::size_t kMoreNeighbours = NearVoxelCursor::kMost; // where these do not close it
+constexpr std::size_t kMoreNeighbours = NearVoxelCursor::kMax; // where these do not close it
 constexpr double kFlatCosine = 0.9, kFlatSlope = 0.2; // limits of a flat surface between a point and a neighbour
 constexpr std::size_t kBorder = 5;                    // minimum reach at a border: the distance of this neighbour
 constexpr float kFarthestGiven = 1024; // squared distance of a made point from a given one; no gap is as wide

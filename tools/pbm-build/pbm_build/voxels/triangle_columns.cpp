@@ -167,8 +167,8 @@ std::size_t find_small_triangle(const std::array<LatticePoint, 3> &corners, cons
     }
     first = voxel_of(first);
     const glm::ivec3 size = voxel_of(last) - first + 1;
-    constexpr int kMost = kSmallTriangle;
-    if (close || size[u] > kMost || size[v] > kMost)
+    constexpr int kMax = kSmallTriangle;
+    if (close || size[u] > kMax || size[v] > kMax)
         return 0;
 
     SmallTriangle t;

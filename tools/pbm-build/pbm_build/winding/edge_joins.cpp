@@ -15,8 +15,8 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::size_t kBlock = 32768;   // vertices
-constexpr std::size_t kMostInCell = 64; // corners that are compared with others: a cell of many has no seam
+constexpr std::size_t kBlock = 32768;  // vertices
+constexpr std::size_t kMaxInCell = 64; // corners that are compared with others: a cell of many has no seam
 
 struct Side {
     std::uint32_t end; // the higher vertex of the edge
@@ -173,7 +173,7 @@ bool weld_corners(const Surface &surface, std::span<const HalfEdge> sides, const
     for (std::size_t first = 0, after = 0; first < words.size(); first = after)
         for (; after < words.size() && words[after] >> 32 == words[first] >> 32; ++after) {
             const auto vertex = static_cast<std::uint32_t>(words[after]);
-            for (std::size_t earlier = first; earlier < std::min(after, first + kMostInCell);
+            for (std::size_t earlier = first; earlier < std::min(after, first + kMaxInCell);
                  ++earlier) { // radix_sort is stable
                 const auto other = static_cast<std::uint32_t>(words[earlier]);
                 if (vertex_of[other] != other || !near.joins(surface.positions[other], surface.positions[vertex]))
