@@ -9,7 +9,7 @@ add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-include${PROJECT_SOURCE_DIR}/bind
 add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fconstexpr-steps=100000000>) # packed_rankings.h
 
 # Only these headers: those of the host's C library must not be found.
-set(web_headers ${CMAKE_BINARY_DIR}/headers)
+set(web_headers ${PROJECT_BINARY_DIR}/headers)
 file(MAKE_DIRECTORY ${web_headers})
 foreach(header glm nlohmann xxhash.h)
     if(NOT EXISTS /usr/include/${header})

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages PBM needs: install_packages.sh [runtime|viewer|demo|all|peers|packaging|site|web]
+# Installs the Debian 12 packages PBM needs: install_packages.sh [SET]
 #   runtime  to build the format library, the renderer and pbm-render: nothing that knows of displays
 #   viewer   also pbm-view
 #   demo     to build every program but pbm-view: what scripts/demo.sh needs
 #   all      also pbm-view, the tests, the benches' peers, the linters and the fuzzers (default)
 #   peers    also F3D and CGAL, which bench/run and bench/normals measure against: 500 MB
+#   nightly  also a second clang, of which nightly tests ask what it warns of
 #   packaging  also what scripts/try_packages.sh, try_static.sh and try_container.sh need
 #   web      for scripts/test_web.sh: emscripten, 800 MB, node, Chromium, and the source of zstd
 #   site     for scripts/make_site.sh alone, and Chromium, in which its nightly test opens the site
@@ -24,8 +25,9 @@ all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     xvfb xdotool imagemagick libgl1-mesa-dri
     abigail-tools python3-numpy python3-build python3-venv python3-setuptools python3-wheel patchelf
     desktop-file-utils appstream shared-mime-info xdg-utils libglib2.0-bin zsh fish
-    clang libclang-rt-14-dev clang-tidy clang-format)
+    clang clang-14 libclang-rt-14-dev clang-tidy clang-format)
 peers=("${all[@]}" f3d libcgal-dev)
+nightly=("${all[@]}" clang-16)
 packaging=("${all[@]}" mmdebstrap lintian dpkg-dev file nasm buildah)
 site=(mkdocs mkdocs-material python3-pil chromium)
 web=("${runtime[@]}" emscripten esbuild chromium xz-utils)
@@ -34,9 +36,9 @@ for program in node:nodejs npm:npm; do # another node than Debian's may be there
 done
 
 case ${1:-all} in
-runtime | viewer | demo | all | peers | packaging | site | web) declare -n packages=${1:-all} ;;
+runtime | viewer | demo | all | peers | nightly | packaging | site | web) declare -n packages=${1:-all} ;;
 *)
-    echo "usage: install_packages.sh [runtime|viewer|demo|all|peers|packaging|site|web]" >&2
+    echo "usage: install_packages.sh [runtime|viewer|demo|all|peers|nightly|packaging|site|web]" >&2
     exit 1
     ;;
 esac

@@ -92,7 +92,7 @@ extern "C" void report_shrunk_file(int, siginfo_t *info, void *) {
     bool said = say(program_name.data()) && say(": ");
     if (const std::string_view name = mapped_name(reinterpret_cast<std::uintptr_t>(info->si_addr)); !name.empty()) {
         for (char &c : std::span(map_line)) // the kernel writes line feeds as \012, but no other control characters
-            c = (c >= 0 && c < ' ') || c == '\x7f' ? '?' : c;
+            c = static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? '?' : c;
         said = said && say(name) && say(": ");
     }
     said = said && say("the file became shorter while it was read; wait until it is written and try again\n");

@@ -128,11 +128,13 @@ Result<ColourBy> parse_colour_by(const std::string &text) {
 
 std::string colour_by_text(const ColourBy &by) {
     std::string text = by.field;
+    const auto append = [&](std::string_view part) { (text += ',') += part; };
     if (by.choice.range)
-        text += "," + to_string(Value((*by.choice.range)[0])) + "," + to_string(Value((*by.choice.range)[1]));
+        for (const double end : *by.choice.range)
+            append(to_string(Value(end)));
     for (const NamedMap &map : kColourMaps)
         if (by.choice.map == map.map)
-            text += "," + std::string(map.name);
+            append(map.name);
     return text;
 }
 

@@ -41,7 +41,10 @@ std::string label_text(const Field &field, std::uint32_t stored) {
     const double value = field.value(stored), label = std::round(value);
     const bool is_class = field.name == "classification" && label >= 0 && label <= 65535;
     const std::string_view name = is_class ? class_name(static_cast<std::uint32_t>(label)) : std::string_view();
-    return number(value) + (name.empty() ? "" : " " + std::string(name));
+    std::string text = number(value);
+    if (!name.empty())
+        (text += ' ') += name;
+    return text;
 }
 
 // What the font can draw.

@@ -218,7 +218,7 @@ TEST(Filters, EveryInstructionSetGivesTheSameBytes) {
         EXPECT_EQ(all(), expected) << hwy::TargetName(one);
     }
     hwy::SetSupportedTargetsForTest(0);
-    EXPECT_GE(tried, 2);
+    EXPECT_GE(tried, HWY_ARCH_X86 ? 2 : 1);
 }
 
 // Random codes, which no writer makes: un-filtering stays in bounds and gives legal normals.

@@ -202,7 +202,7 @@ TEST(Bricks, AreTheSameOnEveryProcessor) {
         EXPECT_EQ(encode(model, Storage::mapped), expected) << hwy::TargetName(one);
     }
     hwy::SetSupportedTargetsForTest(0);
-    EXPECT_GE(tried, 2);
+    EXPECT_GE(tried, HWY_ARCH_X86 ? 2 : 1);
 }
 
 TEST(Bricks, StayInBoundsWhateverTheBytes) {

@@ -406,7 +406,7 @@ TEST(FastRenderer, GivesTheSamePictureForAnyThreadsFilesAndSimdTargets) {
             EXPECT_EQ(pictures(files[chunks], 2), expected) << hwy::TargetName(targets & -targets);
         }
         hwy::SetSupportedTargetsForTest(0);
-        EXPECT_GE(tried, 2);
+        EXPECT_GE(tried, HWY_ARCH_X86 ? 2 : 1);
     }
 }
 

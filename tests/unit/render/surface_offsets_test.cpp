@@ -152,7 +152,7 @@ TEST(SurfaceOffsets, AreTheSameForAnySimdTarget) {
             EXPECT_EQ(whole.offsets(), expected) << hwy::TargetName(targets & -targets);
         }
         hwy::SetSupportedTargetsForTest(0);
-        EXPECT_GE(tried, 2);
+        EXPECT_GE(tried, HWY_ARCH_X86 ? 2 : 1);
     }
 }
 

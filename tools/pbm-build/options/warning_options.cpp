@@ -1,6 +1,7 @@
 #include "warning_options.h"
 
 #include "command_line/spelling.h"
+#include "pbm_build/report/build_statistics.h"
 #include "pbm_scan/text/printable.h"
 
 #include <iostream>

@@ -1,6 +1,6 @@
 #include "pbm_build/mesh_repair/half_edges.h"
 
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <OpenMesh/Core/Mesh/TriConnectivity.hh>
 
 #include <algorithm>
 
@@ -11,7 +11,7 @@ using OpenMesh::FaceHandle;
 using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 
-using TriMesh = OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble>;
+using TriMesh = OpenMesh::TriConnectivity; // without positions
 
 VertexHandle vertex_handle(std::size_t index) { return VertexHandle(static_cast<int>(index)); }
 std::size_t index_of(OpenMesh::BaseHandle handle) { return static_cast<std::size_t>(handle.idx()); }
@@ -61,10 +61,8 @@ struct CutMesh {
                 fan_vertex[h] = fan_vertex[fan];
             }
         half_edges.reserve(vertex_of.size(), mesh.edges, mesh.faces.size());
-        for (const std::uint32_t vertex : vertex_of) {
-            const glm::dvec3 &p = mesh.positions[vertex];
-            half_edges.add_vertex({p.x, p.y, p.z});
-        }
+        for (std::size_t i = 0; i < vertex_of.size(); ++i)
+            half_edges.new_vertex();
         std::vector<HalfedgeHandle> handles(mesh.mates.size());
         for (HalfEdge h = 0; h < mesh.mates.size(); ++h) {
             if (handles[h].is_valid())

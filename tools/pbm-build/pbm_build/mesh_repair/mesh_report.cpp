@@ -24,7 +24,7 @@ MeshFigures figures_of(const Surface &surface, const WeldedMesh &mesh, const She
     figures.flat_faces = mesh.flat.size();
     figures.parts = sheets.parts.size();
     double area = 0, largest = 0;
-    for (const Part &part : sheets.parts) {
+    for (const MeshPart &part : sheets.parts) {
         area += part.area;
         figures.closed_parts += part.open_sides == 0 ? 1 : 0;
         if (part.area > largest || figures.largest_part_faces == 0) {

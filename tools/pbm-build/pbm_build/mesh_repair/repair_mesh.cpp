@@ -40,13 +40,13 @@ struct SmallParts {
 SmallParts find_small_parts(const Surface &surface, const WeldedMesh &mesh, const Sheets &sheets,
                             const PartSize &size) {
     double area = 0, largest = 0;
-    for (const Part &part : sheets.parts) {
+    for (const MeshPart &part : sheets.parts) {
         area += part.area;
         largest = std::max(largest, part.area);
     }
     SmallParts small{.dropped = std::vector<std::uint8_t>(surface.triangles.size())};
     std::vector<std::uint8_t> is_small;
-    for (const Part &part : sheets.parts) {
+    for (const MeshPart &part : sheets.parts) {
         is_small.push_back(part.faces < size.faces || part.area < size.percent / 100 * largest ? 1 : 0);
         small.parts += is_small.back();
         small.share += is_small.back() != 0 && area > 0 ? part.area / area : 0;

@@ -86,7 +86,7 @@ void find_parts(const WeldedMesh &mesh, Sheets &sheets) {
         sheet.part = first == i ? static_cast<std::uint32_t>(sheets.parts.size()) : sheets.sheets[first].part;
         if (first == i)
             sheets.parts.emplace_back();
-        Part &part = sheets.parts[sheet.part];
+        MeshPart &part = sheets.parts[sheet.part];
         part.faces += sheet.faces;
         part.open_sides += sheet.open_sides;
         part.area += sheet.area;

@@ -20,7 +20,7 @@ struct Sheet {
     bool has_outside() const;
 };
 
-struct Part {
+struct MeshPart {
     std::uint64_t faces = 0, open_sides = 0;
     double area = 0;
 };
@@ -30,7 +30,7 @@ struct Sheets {
     std::vector<std::uint8_t> turned;    // [faces] 1: wound against that side of its sheet which has more area
     std::uint64_t against = 0;           // the number of those, without faces in both windings
     std::vector<Sheet> sheets;
-    std::vector<Part> parts;
+    std::vector<MeshPart> parts;
     std::vector<std::array<HalfEdge, 2>> cuts; // the two sides of each cut edge
     std::uint64_t one_sided = 0;               // sheets with a cut edge
 };
