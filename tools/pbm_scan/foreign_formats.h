@@ -1,4 +1,4 @@
-// File formats that are known and not read.
+// File formats that are recognised, and refused with a remedy.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,8 @@
 
 namespace pbm::build {
 
-// "the file is ...", with a remedy. By the first bytes, and by a lower-case extension with its dot.
+// Return the message "the file is ...", with a remedy, if the first bytes or the extension (lower case, with its dot)
+// are those of such a format.
 std::optional<std::string> foreign_by_content(std::span<const std::uint8_t> bytes);
 std::optional<std::string> foreign_by_name(std::string_view extension);
 

@@ -11,7 +11,7 @@
 
 namespace pbm::build {
 
-// Maximum size of a stream, or of an unpacked file, which is in memory.
+// Maximum size in bytes of a stream or of an unpacked file: both are held in memory.
 inline constexpr std::uint64_t kMaxStreamBytes = std::uint64_t{8} << 30;
 
 // "-" is standard input; pipes and devices (/dev/stdin) are streams too. The format follows from the content, else from
@@ -25,11 +25,11 @@ inline constexpr std::uint64_t kMaxStreamBytes = std::uint64_t{8} << 30;
 //         and those of the readers
 Result<Surface> read_surface(const std::string &path, const ReadOptions &options);
 
-// Reads a file in memory; of `path` only the extension is used.
+// Reads a file in memory. Uses only the extension of `path`.
 Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options);
 
-// For ReadOptions::format: "ply", "gltf", "obj", "off", "stl", "e57", "ptx", "las", "spz", "pcd" or "xyz". Null:
-// another.
+// Finds a value for ReadOptions::format by its name: "ply", "gltf", "obj", "off", "stl", "e57", "ptx", "las", "spz",
+// "pcd" or "xyz". Null: another name.
 const ScanFormat *find_format(std::string_view name);
 
 // Further files that reading `path` opens: those that the scan names and that exist.

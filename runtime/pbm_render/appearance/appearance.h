@@ -1,5 +1,5 @@
-// What the viewer may edit of a model: no point and no texel depends on it. And the options that every renderer takes;
-// those of one renderer are in its own header.
+// The appearance of a model: materials, lights and palettes, which a program may edit without changing points or
+// texels. Also the options that all renderers share; options of one renderer are in its own header.
 #pragma once
 
 #include "pbm_format/model/model.h"
@@ -32,7 +32,7 @@ struct ShadowSource {
     bool operator==(const ShadowSource &) const = default;
 };
 
-// What lights stay with when the camera moves.
+// What the lights are fixed to while the camera moves.
 enum class LightsFollow : std::uint8_t { eye, model };
 
 // Lights from beside the eye, for files without lights: a key light from the upper left and a weaker fill light from
@@ -47,19 +47,20 @@ struct Appearance {
     std::vector<Material> materials; // as many as the file has
     std::vector<Light> lights;       // at most kMaxLights; the first ones own the file's shadow streams
     LightsFollow lights_follow = LightsFollow::model;
-    UpAxis up = UpAxis::y; // lights that follow the eye are given as they stand for the eye of front_axes(up)
+    UpAxis up = UpAxis::y; // lights that follow the eye are stored as placed for the eye of front_axes(up)
     std::array<ShadowSource, kMaxLights> shadows{}; // of these
     std::array<Rgb8, 256> palette{};                // for the values of palette_stream
     std::array<Rgb8, 256> ground_palette{};
     bool operator==(const Appearance &) const = default;
 };
 
-// The lights that `file` keeps of an appearance: none where they are the default_lights of a file without lights.
+// Returns the lights to store in `file`: those of the appearance, or none if they still are the default_lights of a
+// file without lights.
 std::vector<Light> lights_to_keep(const Appearance &appearance, const ModelParameters &file);
 
-// The appearance in a picture of a camera with these axes, its lights fixed to the model: every renderer draws with it.
-// Lights that follow the eye turn about the centre of the grid as the eye has turned from front_axes; baked shadows do
-// not apply to them, so that they cast none.
+// Returns the appearance with which every renderer draws a frame for the eye with these axes: all lights are fixed to
+// the model. Lights that follow the eye are rotated about the grid's centre, as the eye is rotated from front_axes.
+// They cast no shadows, since baked shadows do not apply to them.
 Appearance turn_lights(const EyeAxes &eye, const Grid &grid, Appearance appearance);
 
 // A renderer leaves out what the file does not hold, whatever these options say.

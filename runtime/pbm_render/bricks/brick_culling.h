@@ -20,7 +20,7 @@ struct VisibleBrick {
     bool faces_eye;           // the axis of its normal cone faces the eye; or the eye is near
     bool has_fronts;          // some of its points may face the eye
     bool has_backs;           // some of its points may face away, and backs are shown
-    bool faces_away;          // all its points do, and backs are shown: kFacingSlack makes no fronts of them
+    bool faces_away;          // all its points face away, and backs are shown: kFacingSlack does not apply to them
     std::uint8_t block;       // its splats are drawn as blocks of so many pixels each way, 2 or 3; 0: as ellipses
     bool thin;                // splats are so small that redundant points (surface_offsets.h) may be left out
     bool is_cut;              // some of its points may lie outside of the camera's clip region
@@ -36,13 +36,13 @@ struct RunGeometry {
     std::array<glm::vec3, 3> steps; // M * (d, 0) from a voxel to the next in x, y, z
 };
 
-// Splats up to this radius, times the edge of a block, are drawn as blocks. Points of voxels up to 0.71 times that edge
-// are close enough that no pixel between their blocks stays empty.
+// Splats with a radius up to kBlockRadius * (edge of a block) are drawn as blocks. Their voxels are at most 0.71 block
+// edges wide, so that no pixel between the blocks of neighbours stays empty.
 inline constexpr float kBlockRadius = 0.675F;
 
 // Writes the visible bricks to `to`, in their order, and returns their number. `to` has room for all bricks of the
-// chunk. Columns are those of the picture, depths are not bounded; see bound_bricks. Accesses stay in bounds if the
-// bytes of a mapped chunk change.
+// chunk. Their columns are those of the whole picture, and `nearest` is 0, until bound_bricks narrows them. Accesses
+// stay in bounds if the bytes of a mapped chunk change.
 std::size_t find_visible_bricks(const RunGeometry &run, const FrameGeometry &frame, std::span<VisibleBrick> to);
 
 } // namespace pbm

@@ -15,27 +15,28 @@ namespace pbm {
 // Estimates offsets brick by brick, when a picture needs them, and keeps them.
 class ChunkOffsets {
   public:
-    // Estimates the offsets of the bricks in `seen` that face the eye, one after the other as they lie in memory. Of
-    // the others most are hidden behind nearer points; `read` estimates those that are not. Call this before `read`,
-    // with the same chunk. Several threads may call both at once.
+    // Estimates the offsets of the bricks in `seen` that face the eye, in their order in memory. Most other bricks are
+    // hidden behind nearer points; `read` estimates the offsets of those that are not. Call this before `read`, with
+    // the same chunk. Several threads may call both at once.
     void estimate(const ChunkView &chunk, std::span<const VisibleBrick> seen) const;
-    // Whether the offsets of a brick are kept. Not while another thread calls `estimate` for the first time.
+    // Whether the offsets of a brick are kept. Must not run beside the first call of `estimate`.
     bool has(std::uint32_t brick) const {
         return brick < starts_.size() && starts_[brick].load(std::memory_order_relaxed) < kEstimating;
     }
-    // The offsets of a brick's points, as SurfaceOffsets::estimate writes them, padded: they are kept or in `memory`.
+    // Returns the offsets of a brick's points, as SurfaceOffsets::estimate writes them, padded. Offsets that are not
+    // kept are estimated into `memory`.
     const std::int8_t *read(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &memory) const {
         const std::uint32_t start = starts_[brick].load(std::memory_order_acquire);
         return start < kEstimating ? offsets_.data() + start : estimate(chunk, brick, memory);
     }
 
-    // Bytes that they take at most, for a chunk of this shape.
+    // Upper bound of the memory that the offsets of a chunk of this shape take, bytes.
     static std::uint64_t memory_of(const ChunkShape &shape) {
         return shape.points + shape.bricks * (kPadding + sizeof(std::uint32_t)) + SurfaceOffsets::memory_of(shape);
     }
 
   private:
-    // Bytes between the offsets of two bricks: vectors read so many that they do not use.
+    // Bytes between the offsets of two bricks: SIMD loads may read so many beyond the last offset of a brick.
     static constexpr std::size_t kPadding = 16;
     // Values in starts_ of bricks whose offsets are not kept: a thread estimates them, or none does.
     static constexpr std::uint32_t kEstimating = 0xFFFFFFFE, kUnknown = 0xFFFFFFFF;

@@ -15,14 +15,14 @@ namespace pbm {
 
 inline constexpr double kDefaultViewAngle = 0.5235987755982988; // 30 degrees
 
-// Keeps the side that the normal leads to.
+// A clip plane: the half-space that `normal` points into stays visible.
 struct ClipPlane {
     glm::dvec3 point{0};
     glm::dvec3 normal{0, 0, 1}; // not zero, of any length
     bool operator==(const ClipPlane &) const = default;
 };
 
-// Along the axes; keeps what lies inside.
+// An axis-aligned clip box: its inside stays visible.
 struct ClipBox {
     glm::dvec3 least{0}, most{0};
     bool operator==(const ClipBox &) const = default;
@@ -52,7 +52,7 @@ class HalfSpaces {
     std::span<const HalfSpace> all() const { return std::span(half_spaces_).first(count_); }
     bool empty() const { return count_ == 0; }
 
-    // How a box along the axes lies to the region. `cut`: some of it may be inside.
+    // Where an axis-aligned box lies relative to the region. `cut`: part of the box may be inside.
     enum class Side { outside, cut, inside };
     Side side_of(const glm::dvec3 &centre, const glm::dvec3 &half_edges) const;
 
@@ -61,8 +61,8 @@ class HalfSpaces {
     std::size_t count_ = 0;
 };
 
-// Whether points that face away from the eye are drawn. automatic: unless the file says that its surface is closed, the
-// camera has no clip region, and the eye lies outside of the grid's cube; then no back can be seen.
+// Whether points that face away from the eye are drawn. `automatic` hides them where none can be visible: the file says
+// that its surface is closed, the camera has no clip region, and the eye lies outside the grid's cube.
 enum class Backs : std::uint8_t { automatic, show, hide };
 
 // A camera as users of F3D and VTK describe it: a pinhole, or an orthographic camera that sees as much of the focal
@@ -94,20 +94,20 @@ struct EyeAxes {
 bool is_usable(const Camera &camera);
 // Needs a usable camera.
 EyeAxes eye_axes(const Camera &camera);
-// Height of what a usable camera sees of the focal point's plane, model units.
+// Height of the visible part of the focal point's plane, model units. Needs a usable camera.
 double view_height(const Camera &camera);
 
-// The pinhole camera that draws the picture of an orthographic one; a pinhole is returned as it is. It stands
-// kTelecentricDistance edges of the grid behind the focal point, nearer if its angle would be less than
-// kMinTelecentricAngle, and sees as much of the focal point's plane. What lies z edges before or behind this plane is
-// drawn too large or too small by z / kTelecentricDistance: half a grid away from the plane and at the border of a
-// picture of 720 rows, 0.35 pixels. Renderers and select_detail call it; who turns depths into places needs it, too.
+// Returns the pinhole camera that stands in for an orthographic camera; returns a pinhole camera unchanged. The result
+// stands kTelecentricDistance grid edges behind the focal point, nearer if its angle would be less than
+// kMinTelecentricAngle, and sees the same part of the focal point's plane. A point z grid edges away from this plane is
+// drawn with a relative error of z / kTelecentricDistance: 0.35 pixels for z = 1/2 at the border of a picture of 720
+// rows. Renderers and select_detail call this function. Code that converts depths to positions must call it, too.
 Camera telecentric(const Camera &camera, double grid_edge);
 
 // Up and front directions in model space. The default camera stands in front: +Z for Y up, -Y for Z up, +Z for X up.
 glm::dvec3 up_direction(UpAxis up);
 glm::dvec3 front_direction(UpAxis up);
-// Of an eye that looks level at the front.
+// Axes of an eye that looks horizontally at the model's front.
 EyeAxes front_axes(UpAxis up);
 
 } // namespace pbm

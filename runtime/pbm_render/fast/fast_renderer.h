@@ -23,7 +23,7 @@ class Surroundings; // pbm_render/surroundings/surroundings.h
 // Work on the rows of a picture that are finished while others are still drawn.
 struct RowTasks {
     std::size_t count = 0;
-    // The task needs all rows of the picture before this one. Ascending.
+    // A task needs the rows 0 .. end_row(task) - 1 of the picture. Must ascend with `task`.
     std::function<int(std::size_t task)> end_row = {};
     // Called once per task, in any order, by thread number `thread` of the renderer's threads.
     std::function<void(std::size_t task, std::size_t thread)> run = {};
@@ -35,7 +35,7 @@ class FastRenderer {
     // per processor. Without `surroundings` the background has one colour.
     FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, int threads,
                  std::shared_ptr<const Surroundings> surroundings = nullptr);
-    // The same with threads that others use too, but not during `render`.
+    // The same with a shared thread pool, which nobody else may use during `render`.
     FastRenderer(const ModelParameters &parameters, std::uint32_t chunk_points, std::shared_ptr<ThreadPool> pool,
                  std::shared_ptr<const Surroundings> surroundings = nullptr);
     ~FastRenderer();
@@ -46,11 +46,12 @@ class FastRenderer {
     void set_appearance(Appearance appearance);
 
     // Draws one frame; overwrites all of `target`. Depths, if `target` has them, are those of object and ground; the
-    // panorama has none. The camera must be usable. The chunks of `runs` must be verified; if the bytes of a mapped
-    // file change later, only the picture is wrong. Estimates the surface offsets that loading has not. Draws
-    // the first 2^32 / `chunk_points` runs; no model has more. The picture is the same for any number of threads and
-    // any SIMD target. Runs `tasks` on its threads as the rows that they need are done. Only one thread at a time may
-    // call it.
+    // panorama has none. The picture is the same for any number of threads and any SIMD target.
+    //
+    // The camera must be usable. The chunks of `runs` must be verified; if the bytes of a mapped file change later,
+    // only the picture is wrong. Draws the first 2^31 / `chunk_points` runs, rounded down to a power of two.
+    // Estimates surface offsets that were not estimated on loading. Runs each of `tasks` once the rows that it needs
+    // are finished. Only one thread at a time may call this function.
     RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                             Framebuffer &target, const RowTasks &tasks = {});
 

@@ -1,4 +1,4 @@
-// Reads what shading needs of the points that a row of pixels shows, from the streams of their chunks.
+// Reads the attributes that shading needs, for the points that a row of pixels shows, from the streams of their chunks.
 #pragma once
 
 #include "pbm_render/appearance/appearance.h"
@@ -26,7 +26,7 @@ struct ShadedFrame {
 
 class PointReader {
   public:
-    // Lists the streams of a frame's runs, whose chunks must stay as long as the frame is drawn.
+    // Lists the streams of a frame's runs. Their chunks must stay resident while the frame is drawn.
     void begin(const ModelParameters &parameters, const Appearance &appearance, const DrawnRuns &runs);
 
     // Reads the points of row `y` of the picture. If their colours depend on their normals alone, `row` gets the
@@ -34,15 +34,15 @@ class PointReader {
     void read(const CoveredPixels &pixels, int y, const ShadedFrame &frame, PointRow &row) const;
 
   private:
-    // Of a run's chunk, in one struct since every pixel reads them.
+    // Streams of a run's chunk, in one struct since every pixel reads them.
     struct Streams {
         const std::uint16_t *normals;
         const std::uint8_t *colours, *materials, *indices; // null: the model lacks the stream
         std::array<ShadowStream, kMaxLights> shadows;
     };
 
-    // Places of points side by side in a row: the loops over them are short, so that what one of them prefetches is
-    // still there for the next.
+    // Addresses of adjacent points of a row. Batches are small, so that data which one loop prefetches is still cached
+    // in the next loop.
     struct Batch {
         static constexpr std::size_t kPoints = 32;
         std::size_t first = 0, count = 0; // in the row
@@ -50,7 +50,7 @@ class PointReader {
         std::array<std::uint32_t, kPoints> point; // of the chunk
         const std::int32_t *ids;
 
-        // That of the side which is seen.
+        // Stored normal of the visible side.
         std::uint16_t normal(std::size_t i) const {
             const std::size_t turn = PointIds::is_back(static_cast<std::uint32_t>(ids[i])) ? kOppositeNormal : 0;
             return static_cast<std::uint16_t>(from[i]->normals[point[i]] ^ turn);

@@ -1,5 +1,5 @@
-// The bricks that touch a strip of the picture, roughly from front to back: those that come late are often hidden. The
-// bricks of backs come last, since backs of closed surfaces always are.
+// The bricks that touch a strip of the picture, roughly from front to back, so that later ones are often hidden. Bricks
+// of backs alone come last, since the backs of closed surfaces are always hidden.
 #pragma once
 
 #include "pbm_render/bricks/drawn_runs.h"
@@ -25,8 +25,8 @@ class StripBricks {
     // Lists the bricks of `drawn` that touch rows top .. bottom - 1. `drawn` must outlive the use of the list.
     void collect(const DrawnRuns &drawn, int top, int bottom);
 
-    // In a few classes of depth, the nearest first, and then those of backs likewise; within each class in the order of
-    // the runs and of their bricks.
+    // Sorted into a few classes of depth, nearest first: bricks with fronts, then bricks of backs alone. Within a class
+    // they keep the order of the runs and of their bricks.
     std::span<const Brick> bricks() const { return bricks_; }
     const Run &run(std::uint32_t index) const { return runs_[index]; }
 

@@ -1,5 +1,5 @@
-// Points that face away from the eye, collected while the fronts of a strip are drawn: once these are there, most backs
-// are hidden.
+// Points that face away from the eye, collected while the fronts of a strip are drawn. Once the fronts are drawn, they
+// hide most backs.
 #pragma once
 
 #include "pbm_render/bricks/brick_culling.h"
@@ -13,7 +13,7 @@ namespace pbm {
 
 class WaitingBacks {
   public:
-    // Points of runs of one detail level: the size of their voxels is all that drawing takes of the run.
+    // Points of runs of one detail level. They share a group, since drawing needs only the voxel size of a run.
     struct Group {
         const RunGeometry *run; // any one of that level
         int block;              // VisibleBrick::block
@@ -25,7 +25,7 @@ class WaitingBacks {
         used_ = 0;
         open_.clear();
     }
-    // A group for points of the run. It has room for a brick: fewer than kWaiting points are in it.
+    // Returns a group for points of the run. It has room for one more brick: it holds fewer than kWaiting points.
     Group &group_of(const RunGeometry &run, int block);
     std::span<const std::unique_ptr<Group>> groups() const { return std::span(groups_).first(used_); }
 

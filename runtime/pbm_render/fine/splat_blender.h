@@ -27,30 +27,30 @@ inline constexpr float kBandCosine = 0.25F;
 
 // All functions below expect runs with surface offsets.
 
-// Draws the fronts of those of the run's `seen` bricks that touch the strip's rows, every point as an ellipse. The
-// bounds of bricks must include those of soft splats, see widen_bricks. The id of point i of the chunk is `first_id` +
-// i. Appends the points that face the eye to `fronts`, those of the same bricks that face away to `backs`. Returns the
-// number of points; only one strip counts a point.
+// Draws the fronts of the bricks in `seen` that touch the strip's rows, every point as an ellipse. The bounds of bricks
+// must include those of soft splats, see widen_bricks. Point i of the chunk has the id `first_id` + i. Appends the
+// points that face the eye to `fronts`, and the points of the same bricks that face away to `backs`. Returns the number
+// of points; each point counts in one strip only.
 std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                           std::uint32_t first_id, DepthStrip &strip, StripPoints &fronts, StripPoints &backs);
 
-// Appends the points of those bricks that have no fronts to `backs`, but for bricks that `farthest` hides. It is of the
-// strip once all fronts are drawn. Returns the number of points likewise.
+// Appends the points of bricks without fronts to `backs`, except bricks that `farthest` hides. `farthest` must be begun
+// for the strip after all fronts are drawn. Returns the number of points; each point counts in one strip only.
 std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                         std::uint32_t first_id, const DepthStrip &strip, FarthestDepths &farthest, StripPoints &backs);
 
-// Draws the backs that may be visible as ellipses, and removes the others. `farthest`: as above.
+// Draws the backs that may be visible as ellipses, and removes the others. `farthest`: as for add_backs.
 void draw_backs(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest, DepthStrip &strip);
 
-// Adds points to `surface`, which has the strip's depths. Accesses stay in bounds if
-// mapped bytes change.
+// Blends points into `surface`, which has the strip's depths. Accesses stay in bounds if the bytes of a mapped chunk
+// change.
 void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,
                   const SurfacePoints &looks, SurfaceBuffer &surface);
 
 // Upper bound of the distance between two points of a brick, voxel edges.
 inline constexpr float kBrickReach = 12.2F;
 
-// Marks all bricks as large, and finds their bounds as soft splats.
+// Makes all bricks draw ellipses (VisibleBrick::block = 0), and computes their bounds as soft splats.
 void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<VisibleBrick> seen);
 
 } // namespace pbm

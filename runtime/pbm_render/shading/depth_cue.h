@@ -16,8 +16,8 @@ enum class DepthCue : std::uint8_t { none, eye_dome, ambient_occlusion };
 struct DepthCueView {
     double focal;     // pixels
     double grid_edge; // model units; scales the reach of ambient occlusion
-    // Distance of the eye from the focal point over that of the camera: above 1 for telecentric(). Factor of relative
-    // differences of depths, so that an orthographic picture is shaded as a perspective one.
+    // Scales relative depth differences: distance of the drawn eye from the focal point / distance of the camera from
+    // it. It exceeds 1 for telecentric(), so that an orthographic picture is shaded like a perspective one.
     double relief = 1;
 };
 

@@ -1,6 +1,6 @@
 // Shades the pixels of a row by Phong reflection, each with its own normal and position: of blended surfaces, and of
-// points whose normals are in a table. SIMD (Highway); the colours are the same on every target. Based on: Phong.
-// Illumination for Computer Generated Pictures. 1975
+// points whose normals are in a table. SIMD (Highway); the colours are the same on every target.
+// Based on: Phong. Illumination for Computer Generated Pictures. 1975
 #pragma once
 
 #include "pbm_render/appearance/appearance.h"
@@ -58,13 +58,13 @@ struct PointRow {
     std::vector<std::uint32_t> normal;              // normal_code
     std::vector<Float4> phong;                      // kd, ks, power, ka
     std::array<std::vector<float>, kMaxLights> lit; // fractions
-    std::vector<Float4> mirrored;                   // linear; last the factor of the blend
+    std::vector<Float4> mirrored;                   // linear red, green, blue; blending factor
 };
 
-// By the five digits of a normal's index: x + 128 y of its vector before that is normalised, all signs positive.
+// [low 10 bits of a normal's index]: x + 128 y of its integer vector before normalisation, in the positive octant.
 using NormalSums = std::array<std::uint16_t, 1024>;
 const NormalSums &normal_sums();
-// A stored normal in the high half, its vector in the low one.
+// Packs a stored normal into the high 16 bits, and its entry of `sums` into the low 16 bits.
 inline std::uint32_t normal_code(std::uint16_t stored, const NormalSums &sums) {
     return std::uint32_t{stored} << 16 | sums[stored & 1023];
 }

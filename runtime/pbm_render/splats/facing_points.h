@@ -122,8 +122,8 @@ struct Enlargement {
     float low_pass = 0; // pixels: replaces a radius r by sqrt(r^2 + low_pass^2)
 };
 
-// Upper bound of the rows between a point and the border of its ellipse. `radius`: of the splats, grid edges;
-// `ray_y`: of the points' rays; `inverse_depth`: theirs.
+// Upper bound of the rows between a point and the border of its ellipse. `radius`: of the splat, grid edges; `ray_y`: y
+// of the ray through the point, depth 1; `inverse_depth`: 1 / depth of the point.
 HWY_INLINE Vector rows_to_border(const StripRun &at, const Enlargement &enlarged, Vector radius, Vector ray_y,
                                  Vector inverse_depth) {
     constexpr float kRounding = 1.02F; // packed normals are up to 1 % too long
@@ -143,13 +143,13 @@ struct NearPoints {
     Vector radius;
 };
 
-// Where the points of a brick go that face the eye, and those that face away; null: they are left out.
+// Destinations of a brick's points: of those that face the eye, and of those that face away; null: leaves them out.
 struct BothSides {
     FacingPoints *fronts, *backs;
 };
 
-// Appends points around the eye, and returns their number if the strip is the first one. `first_id`: of the vector's
-// first point.
+// Appends points around the eye. Returns their number in the first strip, else 0, so that each counts once. `first_id`:
+// id of the vector's first point.
 template <bool kPlaced>
 HWY_INLINE std::size_t add_near(const StripRun &at, const NearPoints &points, std::size_t first_id,
                                 const BothSides &to) {
@@ -189,9 +189,12 @@ HWY_INLINE std::size_t add_near(const StripRun &at, const NearPoints &points, st
     return added;
 }
 
-// Projects points of a brick to the screen and appends to `to` those that may touch the strip. Returns how many of them
-// have their centres in the strip. kBlock: as VisibleBrick::block of the brick; kPlaced: the points have surface
-// offsets; redundant ones of thin bricks are left out if they are blocks; kBacks: as VisibleBrick::has_backs.
+// Projects the points of a brick to the screen and appends those that may touch the strip to `to`. Returns the number
+// of these whose centres lie in the strip.
+//
+//   kBlock   VisibleBrick::block of the brick
+//   kPlaced  the points have surface offsets; redundant points of thin bricks are left out if they would be blocks
+//   kBacks   VisibleBrick::has_backs of the brick
 template <int kBlock, bool kPlaced, bool kBacks>
 HWY_INLINE std::size_t find_facing_points(const StripRun &at, const VisibleBrick &brick, const BrickPlaces &places,
                                           const BrickPoints &points, const BothSides &to,

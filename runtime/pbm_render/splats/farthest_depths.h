@@ -15,18 +15,18 @@ class FarthestDepths {
         int left, right, top, bottom;
     };
 
-    // Forgets all tiles. `strip` must outlive the use of the tiles. Its depths may become nearer after a tile was read:
-    // the tile then hides less than it could.
+    // Clears all tiles. `strip` must outlive the use of the tiles. If its depths become nearer after a tile was read,
+    // the tile hides less than it could, but never too much.
     void begin(const DepthStrip &strip);
 
-    // Whether all pixels of the strip that a brick may touch show nearer points already. May return false for such a
-    // brick; true if it touches no pixel.
+    // Whether nearer points already cover all pixels of the strip that a brick may touch. Conservative: may return
+    // false for a hidden brick. True if the brick touches no pixel.
     bool hide(const VisibleBrick &brick);
-    // The same for a small box and a depth.
+    // The same for a small box; `nearest` is a lower bound of its depths, grid edges.
     bool hide(const Box &box, float nearest);
 
   private:
-    // Edge of a small tile; a large one has several.
+    // Edge of a small tile, pixels; a large tile has kSmallAcross x kSmallDown small ones.
     static constexpr int kSmall = 4;
     static constexpr int kSmallAcross = 4, kSmallDown = 2;
     static constexpr int kColumns = kSmallAcross * kSmall, kRows = kSmallDown * kSmall; // of a large tile
@@ -38,7 +38,7 @@ class FarthestDepths {
     const DepthStrip *strip_ = nullptr;
     int tiles_across_ = 0;     // large ones
     std::vector<float> large_; // [tiles down][tiles across]; kUnknown: not read yet
-    std::vector<float> small_; // likewise; known if the large one around it is
+    std::vector<float> small_; // likewise; known if the large tile around it is
 };
 
 } // namespace pbm

@@ -42,12 +42,12 @@ inline constexpr float kEdgeOn = 0.02F;
 inline constexpr float kSteepest = 3;
 // Placed splats are thinner (factor kPlacedThickness) and less steep (kPlacedSteepest replaces kSteepest). They are
 // smaller, because a disc on the surface covers its voxel with a smaller radius r than a disc beside it:
-// r^2 = max(r^2 - (kPlacedShrink * offset)^2, (kPlacedMin * r)^2).
+// placed r^2 = max(r^2 - (kPlacedShrink * offset)^2, (kPlacedMin * r)^2).
 inline constexpr float kPlacedThickness = 0.6F, kPlacedSteepest = 2, kPlacedShrink = 0.3F, kPlacedMin = 0.3F;
 // Replaces kOutlineInset for placed splats.
 inline constexpr float kPlacedOutlineInset = 0.2F;
-// Replace kOutlineInset and kPlacedOutlineInset for splats that are drawn as blocks of pixels: blocks are larger
-// than the ellipses that they stand for.
+// Replace kOutlineInset and kPlacedOutlineInset for splats that are drawn as blocks of pixels: blocks are larger than
+// the ellipses that they replace.
 inline constexpr float kBlockOutlineInset = 0.6F, kPlacedBlockOutlineInset = 0.5F;
 // How far the outline of a placed splat lies behind its plane, voxel edges. Where two splats overlap, each is then
 // visible around its own middle.

@@ -1,4 +1,4 @@
-// The ground plane as rows of pixels: which of them it covers, and its light. Linear light.
+// Draws the ground plane row by row: its coverage of each pixel, and its colour in linear light.
 // Based on: Phong. Illumination for Computer Generated Pictures. 1975; Williams. Pyramidal parametrics. 1983
 #pragma once
 
@@ -17,14 +17,15 @@ namespace pbm {
 
 struct Appearance;
 
-// The axes of the plane: u and v along its sides, h upwards; lengths in edges of the square, from its least corner.
+// A light in coordinates of the plane: u and v along its sides, h upwards; unit: the square's edge; origin: its least
+// corner.
 struct GroundLight {
     LightKind kind;
     glm::vec3 colour;    // linear intensity
-    glm::vec3 place;     // towards a directional light, unit length; else where it is
+    glm::vec3 place;     // position; of a directional light the unit vector towards it
     glm::vec3 direction; // of a spot
     float exponent;
-    int word, byte; // where its lit fraction is: in which texels of GroundFrame::lit; -1: everywhere 1
+    int word, byte; // lit fraction: this byte of the texels of GroundFrame::lit[word]; word -1: 1 everywhere
 };
 
 // What stays the same for a frame.
@@ -45,17 +46,17 @@ struct GroundFrame {
     std::vector<const TexelLevels *> lit; // those that `lights` name, at most kMaxLights
 };
 
-// Rays of a row, in the plane's axes, and its lines: value at its first pixel, and the step to the next.
+// One row of pixels: its rays in coordinates of the plane, and GroundFrame::lines along it.
 struct GroundRow {
-    glm::vec3 first, step, down; // down: to the next row
-    std::array<glm::vec2, 5> lines;
-    std::size_t begin = 0, end = 0; // no pixel outside is covered
+    glm::vec3 first, step, down;    // ray of the first pixel; steps to the next pixel and to the next row
+    std::array<glm::vec2, 5> lines; // value at the first pixel; step to the next pixel
+    std::size_t begin = 0, end = 0; // only pixels begin .. end - 1 may be covered
 };
 
 // [pixels], with room behind for whole blocks.
 struct GroundPixels {
     const float *object_depths; // grid edges
-    float *coverage, *depths;   // 0 where the object is nearer; grid edges
+    float *coverage, *depths;   // 0..1, 0 where the object is nearer; grid edges
     float *red, *green, *blue, *alpha;
     const float *mirrored_red, *mirrored_green, *mirrored_blue;
 };
@@ -67,11 +68,11 @@ class GroundSampler {
     GroundFrame frame(const Appearance &appearance, const Projection &projection, bool shadows, bool texture) const;
     static GroundRow row(const GroundFrame &frame, const Projection &projection, glm::dvec2 first, std::size_t count);
 
-    // Fills coverage and depths of a row's pixels begin .. end - 1, rounded to blocks, and sets wanted[i] where one of
-    // block i is covered.
+    // Fills coverage and depths of a row's pixels begin .. end - 1, rounded to blocks. Sets wanted[i] if the ground
+    // covers a pixel of block i.
     static void find_covered(const GroundFrame &frame, const GroundRow &row, const GroundPixels &pixels,
                              std::uint8_t *wanted);
-    // Puts the ground over the colours of the blocks that are wanted.
+    // Blends the ground over the colours of the wanted blocks.
     void shade(const GroundFrame &frame, const GroundRow &row, const std::uint8_t *wanted,
                const GroundPixels &pixels) const;
 

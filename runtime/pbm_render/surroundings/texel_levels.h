@@ -1,4 +1,5 @@
-// Mip levels of rasters as rows of ready texels: what SIMD gathers from. Made ready tile by tile, when first needed.
+// Mip levels of rasters as arrays of 32-bit texels, from which SIMD code gathers. Tiles are converted lazily, on first
+// use.
 #pragma once
 
 #include "pbm_format/rasters/tiled_image.h"
@@ -13,9 +14,9 @@
 
 namespace pbm {
 
-// A texel is a word. Of a raster of colours: the square roots of linear red, green and blue, 10 bits each, red lowest:
-// finer than sRGB's 8 bits everywhere, and linear light is one multiplication away. Of rasters of values: one byte
-// each.
+// A texel is a 32-bit word. A raster of colours stores the square roots of linear red, green and blue, 10 bits each,
+// red lowest: this is finer than sRGB's 8 bits everywhere, and one multiplication gives linear light. Rasters of values
+// store one byte each.
 inline constexpr float kRootSteps = 1023;
 std::uint32_t pack_roots(Rgb8 srgb);
 Float4 unpack_roots(std::uint32_t texel); // linear
@@ -30,18 +31,20 @@ struct TexelLevel {
 
 class TexelLevels {
   public:
-    // A raster of colours, or up to four rasters of values of one size, the first of them in the lowest byte. What is
-    // damaged or not there yet reads as the next coarser level, at all levels as `missing`, in every channel.
+    // `images`: one raster of colours, or up to four rasters of values of one size, the first in the lowest byte. Tiles
+    // that are damaged or have not arrived read as the next coarser level; without any such level as `missing`, in
+    // every channel.
     TexelLevels(std::vector<std::shared_ptr<const TiledImage>> images, std::uint8_t missing);
 
     int levels() const { return images_.front()->levels(); }
     int width_bits() const { return width_bits_; }
-    // Makes texels first_x .. last_x, first_y .. last_y of a level ready. Safe to call from several threads; costs next
-    // to nothing where they are.
+    // Returns a level whose texels first_x .. last_x, first_y .. last_y are ready: converts their tiles if necessary.
+    // Thread-safe; cheap where they are ready.
     TexelLevel require(int level, int first_x, int first_y, int last_x, int last_y) const;
-    // The value of all these texels if whole cells around them are ready and have no other. Rasters of values only.
+    // The one value of all these texels, if the cells that contain them are ready and hold no other value. Rasters of
+    // values only.
     std::optional<std::uint32_t> only_value(int level, int first_x, int first_y, int last_x, int last_y) const;
-    // Lets tiles that read as coarser ones be made ready anew. Not while a picture is drawn.
+    // Makes `require` try tiles again that read as coarser ones. Must not be called while a picture is drawn.
     void retry() const;
 
   private:

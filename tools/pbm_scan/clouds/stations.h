@@ -5,9 +5,9 @@
 
 namespace pbm::build {
 
-// Says that the positions from `first` on were seen from `station`, in their coordinates. Returns false, and says so of
-// none of them, where this cannot be so: the station is farther away than kMaxStationDistance diagonals of their box,
-// as the origin is from a scan in the coordinates of a map; or it is not finite; or there are too many stations.
+// Records that the scanner stood at `station`, in the same coordinates, for the positions from `first` on. Records
+// nothing and returns false if the station is not finite, if there are too many stations, or if it is farther away than
+// kMaxStationDistance diagonals of the positions' bounding box: in map coordinates the origin is no station.
 inline constexpr double kMaxStationDistance = 50;
 bool add_station(Surface &surface, std::size_t first, const glm::dvec3 &station);
 

@@ -12,9 +12,11 @@ namespace pbm::build {
 bool is_e57(std::span<const std::uint8_t> bytes);
 
 // All scans of the file become one surface, in the coordinates of the file: each scan is moved by its pose. Points
-// without a valid position are left out and counted. The scanner stood at the origin of a scan that has spherical
-// coordinates, rows and columns, or a pose, if the pose of one of the scans turns it: a pose that only shifts is mostly
-// the origin of a map. Of other scans it is not known.
+// without a valid position are left out and counted.
+//
+// The scanner stood at the origin of a scan that is spherical only, or has rows and columns. It also stood there if the
+// scan has a pose, and the pose of any scan of the file rotates: poses that only shift are mostly the origin of a map.
+// For other scans the position of the scanner is unknown.
 //
 // errors  bad_input            a page that does not match its checksum, a damaged header, XML section or packet, counts
 //                              beyond the size of the file

@@ -18,18 +18,19 @@ struct FieldOffer {
     std::string_view unit{};
 };
 
-// How well the user's name of a field fits that of an attribute; 0: it means another one. The name in the file fits
-// best, then that name in any case and with "_" for space, hyphen, comma and equals sign, then that without the
-// "scalar_" that CloudCompare writes, an element's name ("vertex.") or the prefix of an E57 extension ("las:").
+// How well the user's name of a field fits an attribute's name in the file; 0: not at all. The same name fits best.
+// Next is a name that is equal but for case and for "_" in place of space, hyphen, comma and equals sign. Last is such
+// a name without its prefix: CloudCompare's "scalar_", an element's name ("vertex."), or that of an E57 extension
+// ("las:").
 int likeness(std::string_view wanted, std::string_view in_file);
 
-// Whether values of this name are labels, of which there is no mean: classes, numbers of returns and scans, ids.
+// Whether values of this name are labels, whose mean is meaningless: classes, numbers of returns and scans, ids.
 bool is_label(std::string_view name);
 
-// The classes of `list`, numbers or names of LAS classes with a comma between them: "noise,ground,31".
+// Parses numbers and names of LAS classes with commas between them: "noise,ground,31".
 Result<std::bitset<256>> parse_classes(const std::string &list);
 
-// The values of one attribute of the file, of the fields that mean it. Without any it does nothing.
+// Writes the values of one attribute of the file to the fields that name it. Does nothing if no field does.
 class FieldColumn {
   public:
     FieldColumn(Surface &surface, std::vector<std::size_t> slots) : surface_(&surface), slots_(std::move(slots)) {}
@@ -37,7 +38,7 @@ class FieldColumn {
     bool is_wanted() const { return !slots_.empty(); }
     // Whether the user asked for the field, not only for dropping classes.
     bool is_kept() const { return !slots_.empty() && slots_.front() < kMaxFields; }
-    // Of an attribute that is wanted, for the report.
+    // What becomes of a wanted attribute, for the report.
     const char *note() const { return is_kept() ? "a field" : "its classes, for --drop-class"; }
     void resize(std::size_t points) const {
         for (const std::size_t slot : slots_)

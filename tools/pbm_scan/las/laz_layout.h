@@ -1,4 +1,4 @@
-// What the record "laszip encoded" of a LAZ file says of its points, and where their chunks lie.
+// The layout of the points of a LAZ file, from its record "laszip encoded", and the positions of their chunks.
 // Based on: Isenburg. LASzip: Lossless Compression of LiDAR Data. 2013
 #pragma once
 
@@ -44,18 +44,18 @@ struct LazLayout {
 Result<LazLayout> read_laz_layout(const LasHeader &header);
 
 struct LazChunk {
-    std::uint64_t offset = 0; // of the file; of no use where the chunk before has no known end
-    std::uint64_t bytes = 0;  // 0: not known: only decoding shows where the chunk ends
+    std::uint64_t offset = 0; // in the file; meaningless if the end of the previous chunk is unknown
+    std::uint64_t bytes = 0;  // 0: unknown until the chunk is decoded
     std::uint64_t points = 0;
 };
 
-// The chunks of `file`, one behind the other, by their table. Ends are not known where a chunk is all there is (before
-// LASzip 2) or where the writer was interrupted before it wrote the table.
+// Lists the chunks of `file` in their order, from its table of chunks. Their ends are unknown if the file has one chunk
+// (before LASzip 2), or if the writer was interrupted before it wrote the table.
 //
 // errors  bad_input  the table is damaged, or places chunks outside the file, or contradicts the header or the chunks
 Result<std::vector<LazChunk>> find_laz_chunks(ByteView file, const LasHeader &header, const LazLayout &layout);
 
-// The most points that a file of `bytes` may hold: records of 200 times its size. No scan compresses that well.
+// Upper bound of the points in a file of `bytes`: records of 200 times its size. No scan compresses that well.
 inline std::uint64_t max_laz_points(std::uint64_t bytes, const LazLayout &layout) {
     return 200 * bytes / layout.stride;
 }

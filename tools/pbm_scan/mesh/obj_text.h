@@ -15,7 +15,7 @@
 
 namespace pbm::build {
 
-// A material from a face on.
+// The material of the faces from `first_face` on.
 struct MaterialRun {
     std::size_t first_face = 0;
     std::uint16_t material = 0;
@@ -41,14 +41,13 @@ struct ObjText {
     std::vector<AttributeReport> report;
 };
 
-// The name of the report lines of `mtllib` begins so.
+// Prefix of the names of report lines about `mtllib`.
 inline constexpr std::string_view kMaterialsLine = "materials and textures ";
 
 // A file truncated between two lines is detected only if its comments announce counts.
 //
 // errors  bad_input  NUL bytes; text that is no number, index or statement; an index out of range; counts in comments
-// that
-//                    do not fit the file
+//                    that do not fit the file
 //         too_large  more than 2^31 - 1 vertices
 Result<ObjText> read_obj_text(std::string_view text, const ReadOptions &options);
 

@@ -1,4 +1,4 @@
-// Splits vertices of an OBJ at whose corners faces have different normals or materials.
+// Splits those vertices of an OBJ whose faces have different normals or materials there.
 #pragma once
 
 #include "pbm_scan/mesh/obj_text.h"
@@ -18,13 +18,13 @@ namespace pbm::build {
 // The first normal and material at a vertex are its own; others belong to copies of the vertex.
 class VertexCopies {
   public:
-    // `vertices`: of the file. Copies are numbered from there on.
+    // `vertices`: their number in the file. The numbers of copies start there.
     VertexCopies(std::size_t vertices, bool has_materials) : vertices_(vertices) {
         if (has_materials)
             materials_.resize(vertices, kNoMaterial);
     }
 
-    // Of a corner of the next face.
+    // Sets the normal at a corner of the next face.
     void add_normal(std::uint32_t vertex, const glm::vec3 &normal) {
         const float length = glm::length(normal);
         if (vertex >= vertices_ || !(length > 0.0F) || !std::isfinite(length))
@@ -36,7 +36,7 @@ class VertexCopies {
         of_face_[vertex] = normal;
     }
 
-    // Replaces vertices of the triangles of a face with these corners by copies.
+    // Replaces vertices by copies, where necessary, in the triangles of the face with these corners.
     void apply(std::span<const std::uint32_t> corners, std::uint16_t material, std::span<glm::uvec3> triangles) {
         const auto is_known = [this](std::uint32_t vertex) { return vertex < vertices_; };
         if ((normals_.empty() && materials_.empty()) || !std::all_of(corners.begin(), corners.end(), is_known))
@@ -54,7 +54,7 @@ class VertexCopies {
                 of_face_[vertex] = glm::vec3(0.0F);
     }
 
-    // Of the vertices, then of the copies; empty where the file has none.
+    // Attributes of the vertices, then of the copies; empty if the file has none.
     const std::vector<glm::vec3> &normals() const { return normals_; }
     const std::vector<std::uint16_t> &materials() const { return materials_; }
     const std::vector<std::uint32_t> &copies() const { return copies_; } // the vertex of each
@@ -77,7 +77,7 @@ class VertexCopies {
     }
 
     std::uint32_t vertex_with(std::uint32_t vertex, const glm::vec3 &normal, std::uint16_t material) {
-        constexpr int kMaxCompared = 64; // of the hub of a fan: bounds the time, and costs a copy more
+        constexpr int kMaxCompared = 64; // copies of one vertex: bounds the time at the hub of a fan, may add a copy
         if (takes(vertex, normal, material))
             return vertex;
         int compared = 0;

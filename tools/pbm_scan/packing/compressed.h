@@ -10,8 +10,8 @@
 
 namespace pbm::build {
 
-// Unpacked at most: this factor of the compressed bytes, and as many bytes in any case. Text of scans packs 3 to 10 to
-// one.
+// Limit of the unpacked bytes: max(kMaxUnpackedFactor * compressed bytes, kMinUnpackedLimit). Text of scans is 3 to 10
+// times as large as its compressed bytes.
 inline constexpr std::uint64_t kMaxUnpackedFactor = 200, kMinUnpackedLimit = std::uint64_t{64} << 20;
 
 // The unpacked bytes of a file that begins with the magic number of gzip or zstd (one or more members or frames);

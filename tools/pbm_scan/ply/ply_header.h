@@ -1,5 +1,6 @@
 // The header of a PLY file: its elements, properties and encoding. Counts are untrusted; ply_body.h verifies them
-// against the size of the file. Based on: Turk. The PLY polygon file format. 1994
+// against the size of the file.
+// Based on: Turk. The PLY polygon file format. 1994
 #pragma once
 
 #include "system/error.h"
@@ -103,8 +104,8 @@ bool is_ply(std::span<const std::uint8_t> bytes);
 // repository have some), because a lost property shows in its rows; in a binary file they are refused, because the body
 // would be misread silently.
 //
-// errors  bad_input            not a PLY file, no end_header, an unknown keyword or type, a bad or duplicate name or
-// count
+// errors  bad_input            not a PLY file, no end_header, an unknown keyword or type, a bad or duplicate
+//                              name or count
 //         too_large            over one of the limits above
 //         unsupported_version  a format version other than 1.0
 Result<PlyHeader> read_ply_header(std::span<const std::uint8_t> bytes);

@@ -17,8 +17,7 @@ namespace pbm::build {
 // images (range_grid.h). Skips all other properties and reports them as dropped. Drops and counts non-finite vertices
 // with their triangles.
 //
-// errors  bad_input            damaged or truncated: `offset`, and in the message line (ASCII) or byte (binary),
-
+// errors  bad_input            damaged or truncated, with `offset`; the message names line (ASCII) or byte (binary),
 //                              row and property; with `strict` also a dropped attribute
 //         too_large            over a limit of ply_header.h or ply_body.h
 //         unsupported_version  a PLY version other than 1.0

@@ -1,4 +1,4 @@
-// The report of a build: a line for each attribute of a scan, and the names of those lines that one may want to refuse.
+// The report of a build: a line for each attribute of a scan, and names for the kinds of lines that options can refuse.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace pbm::build {
 // The fate of one attribute of the input file.
 enum class Fate : std::uint8_t { kept, converted, dropped, estimated };
 
-// Kinds of lines, and of what else goes wrong without ending a build. --deny and --allow take their names.
+// Kinds of report lines, and of other problems that do not end a build. --deny and --allow take their names.
 enum class Warning : std::uint8_t {
     none,
     dropped_attribute,
@@ -47,10 +47,10 @@ enum class Warning : std::uint8_t {
 
 struct WarningEntry {
     std::string_view name; // permanent
-    Fate fate;             // of its lines; those that are dropped are printed as warnings, all stand in the report
+    Fate fate;             // of its lines; `dropped` ones are printed as warnings, all are in the report
     std::string_view help;
-    std::string_view remedy; // against the line: what the command or the scan lacks
-    bool is_deniable = true; // false: it is found when the output is there
+    std::string_view remedy; // how to change the command or the scan so that the line disappears
+    bool is_deniable = true; // false: it is found after the output is written
 };
 
 // In the order of Warning.
@@ -131,7 +131,7 @@ inline AttributeReport line_of(Warning warning, std::string name, std::string no
     return {std::move(name), entry_of(warning).fate, std::move(note), std::move(input), warning};
 }
 
-// The kind of a line: what is dropped without a kind of its own is a dropped attribute.
+// The kind of a line. A `dropped` line without a kind of its own is a dropped attribute.
 inline Warning warning_of(const AttributeReport &line) {
     return line.warning == Warning::none && line.fate == Fate::dropped ? Warning::dropped_attribute : line.warning;
 }

@@ -24,14 +24,14 @@
 
 namespace pbm::build {
 
-// How an image goes on beyond its edges.
+// How an image continues beyond its edges.
 enum class Wrap : std::uint8_t { repeat, mirror, clamp };
 
 // How an image colours triangles.
 struct TextureUse {
     std::array<Wrap, 2> wrap{}; // to the right, downwards
     bool is_tinted = false;     // the colours of the vertices multiply it
-    float least_opacity = 0;    // 0..1: texels of less cut holes
+    float least_opacity = 0;    // 0..1: texels with a smaller opacity cut holes
     auto operator<=>(const TextureUse &) const = default;
 };
 
@@ -42,7 +42,7 @@ struct Texture {
     TextureUse use{};
 };
 
-// Places in the image at the corners of a triangle: x to the right, y downwards, 1 at the image's opposite edge.
+// Texture coordinates at the corners of a triangle: x to the right, y downwards, 1 at the image's opposite edge.
 using TextureCorners = std::array<glm::vec2, 3>;
 
 // The value of a field at a vertex; NaN: none.
@@ -77,23 +77,24 @@ struct Surface {
     std::uint64_t dropped_vertices = 0;  // not finite
     std::uint64_t dropped_triangles = 0; // fewer than three different corners, or at a dropped vertex
     std::uint64_t input_bytes = 0;       // of the file
-    std::uint64_t vertex_copies = 0;     // made where corners of a vertex differ; those dropped included
+    std::uint64_t vertex_copies = 0;     // made where corners of a vertex differ; includes dropped copies
 
-    // Where no normals are given: edges at which faces meet at this angle (radians) or more are creases. 0: each face
-    // has its own normal. Absent: it follows from the shape (corner_normals.h).
+    // Edges whose faces meet at this angle (radians) or more are creases; used where no normals are given. 0: each face
+    // has its own normal. Absent: the angle follows from the shape (corner_normals.h).
     std::optional<double> crease_angle;
-    bool has_facets = false; // STL: the file says of no edge whether it is smooth
+    bool has_facets = false; // the format (STL) cannot say which edges are smooth
 
     static constexpr std::uint16_t kNoTexture = std::numeric_limits<std::uint16_t>::max();
 
-    // In a surface with triangles: the last so many positions are points without a triangle (merge_surfaces.h).
+    // In a surface with triangles: the number of points without a triangle. They are the last positions
+    // (merge_surfaces.h).
     std::size_t points_beside_triangles = 0;
 
-    // The faces bound volumes, they and all normals point out of them, and there is nothing else. Set by wind_faces.
+    // All faces bound volumes, all faces and normals point out of them, and no other points exist. Set by wind_faces.
     bool closed = false;
 
-    // If all coordinates of an axis are in single precision: the spacing of floats at the largest coordinate, in model
-    // units, and that coordinate as in the file. 0: otherwise. Set by `place` (placement.h).
+    // Set by `place` (placement.h) if all coordinates of an axis are in single precision: the spacing of floats at the
+    // largest coordinate (model units), and that coordinate as in the file. Otherwise 0.
     double float_step = 0, float_near = 0;
 
     // Points without triangles are last; without any triangles all positions are points.
@@ -165,15 +166,15 @@ template <class T, class Keep> void keep_from(std::vector<T> &values, std::size_
 
 struct ScanFormat; // scan_format.h
 
-// Vertices that a mesh may have.
+// Maximum number of vertices of a mesh.
 inline constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>::max();
 
 // Options of every reader.
 struct ReadOptions {
-    bool is_one_of_several = false;              // no point may be left of it
+    bool is_one_of_several = false;              // other inputs exist: it is no error if this one keeps no point
     bool strict = false;                         // refuse (`bad_input`) instead of dropping anything
     const ScanFormat *format = nullptr;          // of files that neither content nor name identifies (surface_reader.h)
-    std::vector<std::string> columns{};          // names of the columns of a table (text_cloud.h); empty: it has them
+    std::vector<std::string> columns{};          // names of a table's columns (text_cloud.h); empty: from the table
     std::vector<std::string> fields{};           // names of attributes to keep, at most kMaxFields
     std::bitset<256> dropped_classes{};          // points with these classes are left out
     Material default_material{};                 // values that a material of the file does not set

@@ -8,13 +8,13 @@
 
 namespace pbm::build {
 
-// Untrusted text of a file for a message of one line: at most 40 characters of UTF-8, "?" for bytes that are none and
-// for control characters. `printable_in_quotes` adds quotes.
+// Untrusted text of a file for a message of one line: at most 40 characters of UTF-8, with "?" for invalid bytes and
+// control characters. `printable_in_quotes` adds quotes.
 std::string printable(std::string_view text);
 std::string printable_in_quotes(std::string_view text);
 
-// Untrusted names as a list. More than four that are numbered upwards are their first and last one, "q0..q39"; of more
-// than 64 entries the last is "7 more".
+// Joins untrusted names to a list. Five or more names with ascending numbers become one entry, "q0..q39". The names
+// beyond 64 entries become "7 more".
 std::string listed(std::span<const std::string> names, std::string_view separator = ", ");
 
 std::string counted(std::uint64_t count, const char *what); // "1 point", "2 points", "2 vertices"

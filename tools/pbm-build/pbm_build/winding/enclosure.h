@@ -8,9 +8,10 @@
 
 namespace pbm::build {
 
-// How often some faces, which bound volumes, wind around each of `points`; 0: it lies outside. `signs`: of each face 0:
-// it does not count; -1: it is wound inwards. Counts where the ray from the point along +x leaves and enters a volume;
-// it takes longer where many faces lie beside many points.
+// [points]: how often closed surfaces wind around each of `points`; 0: the point lies outside. `signs` [triangles]: 1
+// for a face that is wound outwards, -1 for one that is wound inwards, 0 for one that does not count. Counts how often
+// the ray from the point along +x leaves and enters a volume. The time grows with the number of pairs of a point and a
+// face at one y.
 std::vector<int> winding_numbers(const Surface &surface, std::span<const std::int8_t> signs,
                                  std::span<const glm::dvec3> points);
 
