@@ -23,11 +23,18 @@ if(PBM_SANITIZE)
     add_link_options(-fsanitize=${PBM_SANITIZE})
 endif()
 
-# A file with SIMD is compiled once for each of these and once for machines that have none of them.
+# On x86 a file with SIMD is compiled once for each of these and once for machines that have none of them.
 set(all_simd_targets HWY_AVX3 HWY_AVX2 HWY_SSE4 HWY_SSSE3)
-set(PBM_SIMD_TARGETS "${all_simd_targets}" CACHE STRING "Highway targets to compile for: fewer take less time")
-list(REMOVE_ITEM all_simd_targets ${PBM_SIMD_TARGETS})
-list(JOIN all_simd_targets "|" disabled_simd_targets)
+set(PBM_SIMD_TARGETS "${all_simd_targets}" CACHE STRING "Highway targets to compile for, on x86: fewer take less time")
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64|ARM64")
+    # NEON alone, which every 64-bit ARM has. Scalable vectors (SVE) end g++ 12 in an internal error. Highway 1.0.3 would compile
+    # NEON for processors with AES, which some lack and nothing here uses, if it could choose at run time: this says that it cannot.
+    set(disabled_simd_targets "HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128")
+    add_compile_definitions(TOOLCHAIN_MISS_SYS_AUXV_H)
+else()
+    list(REMOVE_ITEM all_simd_targets ${PBM_SIMD_TARGETS})
+    list(JOIN all_simd_targets "|" disabled_simd_targets)
+endif()
 if(disabled_simd_targets)
     add_compile_definitions("HWY_DISABLED_TARGETS=(${disabled_simd_targets})")
 endif()

@@ -7,6 +7,7 @@
 #   peers    also F3D and CGAL, which bench/run and bench/normals measure against: 500 MB
 #   nightly  also a second clang, of which nightly tests ask what it warns of
 #   packaging  also what scripts/try_packages.sh, try_static.sh and try_container.sh need
+#   arm64    also what scripts/test_arm64.sh needs: the cross compiler, qemu. scripts/arm64_packages.sh has the libraries
 #   web      for scripts/test_web.sh: emscripten, 800 MB, node, Chromium, and the source of zstd
 #   site     for scripts/make_site.sh alone, and Chromium, in which its nightly test opens the site
 set -euo pipefail
@@ -21,13 +22,15 @@ demo=("${runtime[@]}" libtomlplusplus-dev libpng-dev libstb-dev zlib1g-dev libwe
 all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     ccache libgtest-dev libembree-dev python3 python3-jsonschema python3-zstandard python3-xxhash python3-yaml
     git meson pre-commit bazel-bootstrap
-    valgrind zstd make mandoc groff-base draco lib32stdc++-12-dev libc6-dev-i386
+    valgrind zstd make mandoc groff-base draco
     xvfb xdotool imagemagick libgl1-mesa-dri
     abigail-tools python3-numpy python3-build python3-venv python3-setuptools python3-wheel patchelf
     desktop-file-utils appstream shared-mime-info xdg-utils libglib2.0-bin zsh fish
     clang clang-14 libclang-rt-14-dev clang-tidy clang-format)
 peers=("${all[@]}" f3d libcgal-dev)
+[ "$(dpkg --print-architecture)" != amd64 ] || all+=(lib32stdc++-12-dev libc6-dev-i386) # builds for 32 bits
 nightly=("${all[@]}" clang-16)
+arm64=("${all[@]}" g++-aarch64-linux-gnu qemu-user dpkg-dev file)
 packaging=("${all[@]}" mmdebstrap lintian dpkg-dev file nasm buildah)
 site=(mkdocs mkdocs-material python3-pil chromium)
 web=("${runtime[@]}" emscripten esbuild chromium xz-utils)
@@ -36,9 +39,9 @@ for program in node:nodejs npm:npm; do # another node than Debian's may be there
 done
 
 case ${1:-all} in
-runtime | viewer | demo | all | peers | nightly | packaging | site | web) declare -n packages=${1:-all} ;;
+runtime | viewer | demo | all | peers | nightly | packaging | arm64 | site | web) declare -n packages=${1:-all} ;;
 *)
-    echo "usage: install_packages.sh [runtime|viewer|demo|all|peers|nightly|packaging|site|web]" >&2
+    echo "usage: install_packages.sh [runtime|viewer|demo|all|peers|nightly|packaging|arm64|site|web]" >&2
     exit 1
     ;;
 esac
