@@ -14,6 +14,11 @@ add_compile_options(-ffp-contract=off -fno-math-errno -fno-trapping-math)
 set(pbm_standard_headers <algorithm> <array> <atomic> <bit> <charconv> <cmath> <filesystem> <functional> <future> <memory>
     <mutex> <optional> <span> <sstream> <string> <string_view> <variant> <vector>)
 
+# A compiler that searches its memory for what it may free less often takes a tenth less time, and a third more memory (1 GB).
+if(PBM_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    add_compile_options(--param=ggc-min-heapsize=500000)
+endif()
+
 if(PBM_SANITIZE)
     add_compile_options(-fsanitize=${PBM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
     # Five of UBSan's checks take a third of the compiler's time, two thirds where there is SIMD. `address` reports the use of

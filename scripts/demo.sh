@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Sets up what it needs and walks from a scan to a picture: demo.sh [--viewer] [VERTICES [FOLDER]]
 # Makes the sample scan, builds a .pbvg from it, validates it, draws it; ends with the numbers. Where there is a display, or
-# with --viewer, it builds pbm-view too. It builds for this machine alone: other SIMD targets, tests and man pages are left
-# to scripts/test.sh and `cmake --preset release`.
+# with --viewer, it builds pbm-view too. It builds for this machine alone: other SIMD targets, other programs, tests and man
+# pages are left to scripts/test.sh and `cmake --preset release`.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 viewer=${DISPLAY:-}${WAYLAND_DISPLAY:-}
@@ -14,7 +14,7 @@ vertices=${1:-1000000}
 out=${2:-out}
 
 scripts/install_packages.sh demo
-programs=(pbm-{sample,build,validate,render,info,export})
+programs=(pbm-{sample,build,validate,render})
 simd=()
 case " $(grep -m1 '^flags' /proc/cpuinfo) " in
 *" avx512vl "*) simd=(-DPBM_SIMD_TARGETS=HWY_AVX3) ;;

@@ -2,7 +2,7 @@
 # Installs the Debian 12 packages PBM needs: install_packages.sh [SET]
 #   runtime  to build the format library, the renderer and pbm-render: nothing that knows of displays
 #   viewer   also pbm-view
-#   demo     to build every program but pbm-view: what scripts/demo.sh needs
+#   demo     to build every program but pbm-view; scripts/demo.sh builds four of them
 #   all      also pbm-view, the tests, the benches' peers, the linters and the fuzzers (default)
 #   peers    also F3D and CGAL, which bench/run and bench/normals measure against: 500 MB
 #   nightly  also a second clang, of which nightly tests ask what it warns of
