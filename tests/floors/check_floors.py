@@ -51,7 +51,8 @@ ROOMS = {
         "pbm-view/window"],
     "tools/pbm_scan": ["surface", "text", "fields packing", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
     "tools/pbm-build/pbm_build": [
-        "report", "surface", "fields grid images hole_filling", "winding", "mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling parts", "panorama", "scene", "."],
+        "report", "lattice surface", "fields grid images hole_filling", "winding", "mesh_repair", "voxels", "neighbours",
+        "normals radii texture", "upsampling parts", "panorama", "scene", "preparing", "."],
     "data/pbm-sample": ["noise", "ammonite points", "ply", "."],
 }
 
@@ -267,7 +268,7 @@ def self_test():
         ("runtime/viewer/pictures/picture_file.cpp", "#include <isa-l/igzip_lib.h>"),
         ("runtime/viewer/pictures/image_writer.cpp", "#include <png.h>"),
         ("tools/pbm-build/pbm_build/pipeline.cpp", '#include "pbm_render/camera/camera.h"'),
-        ("tools/pbm-build/pbm_build/grid/lattice.h", '#include "pbm_build/voxels/voxelize.h"'),
+        ("tools/pbm-build/pbm_build/lattice/lattice.h", '#include "pbm_build/voxels/voxelize.h"'),
         ("tools/pbm_scan/surface/surface.h", '#include "pbm_build/pipeline.h"'),
         ("tools/pbm_scan/ply/ply_reader.cpp", "#include <OpenMesh/Core/IO/MeshIO.hh>"),
         ("tools/pbm-validate/main.cpp", '#include "pbm_scan/surface/surface.h"'),

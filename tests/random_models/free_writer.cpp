@@ -1,6 +1,7 @@
 #include "random_models/free_writer.h"
 
 #include "pbm_format/container/content_id.h"
+#include "pbm_format/levels/chunk_split.h"
 #include "random_models/free_streams.h"
 
 #include "pbm_format/chunks/brick_index.h"

@@ -1,8 +1,9 @@
 #include "source_record.h"
 
-#include "pbm_build/grid/poses.h"
+#include "pbm_build/preparing/poses.h"
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/container/layout.h"
+#include "pbm_format/levels/chunk_split.h"
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_format/writing/frame_encoder.h"

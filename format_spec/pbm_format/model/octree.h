@@ -96,8 +96,4 @@ struct ChunkShape {
     bool operator==(const ChunkShape &) const = default;
 };
 
-// Splits every level 1..depth into chunks; result[0] is empty. `masks` must be a well-formed octree. Depends only on
-// the octree and `chunk_points`: the writer applies it, the validator verifies it (rule 5.2).
-std::vector<std::vector<ChunkShape>> split_into_chunks(const LevelMasks &masks, std::uint32_t chunk_points);
-
 } // namespace pbm

@@ -1,4 +1,5 @@
 #include "pbm_format/writing/writer.h"
+#include "pbm_format/levels/chunk_split.h"
 
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/chunks/brick_index.h"

@@ -5,6 +5,7 @@
 #include "judge.h"
 
 #include "pbm_format/container/content_id.h"
+#include "pbm_format/levels/chunk_split.h"
 #include "pbm_format/reading/load_model.h"
 #include "unit/support/file_editor.h"
 #include "unit/support/test_models.h"

@@ -1,5 +1,6 @@
 // The rank filter against a slow one that follows the specification word by word.
 #include "pbm_format/hashes/hash.h"
+#include "pbm_format/levels/chunk_split.h"
 #include "pbm_format/model/normal.h"
 #include "pbm_format/streams/mask_ranks.h"
 #include "pbm_format/streams/packed_rankings.h"

@@ -1,3 +1,4 @@
+#include "pbm_format/levels/chunk_split.h"
 #include "pbm_format/model/octree.h"
 
 #include "unit/support/test_models.h"

@@ -1,21 +1,12 @@
 #include "pbm_build/pipeline.h"
 
-#include "pbm_build/grid/examine_surface.h"
-#include "pbm_build/grid/far_parts.h"
-#include "pbm_build/grid/poses.h"
-#include "pbm_build/grid/up_axis.h"
-#include "pbm_build/metadata.h"
+#include "pbm_build/preparing/prepare.h"
 #include "pbm_build/radii/splat_radius.h"
-#include "pbm_build/surface/creases.h"
-#include "pbm_build/surface/material_colours.h"
-#include "pbm_build/surface/merge_surfaces.h"
-#include "pbm_build/surface/vertex_normals.h"
 #include "pbm_build/upsampling/upsample.h"
 #include "pbm_build/voxels/sample_points.h"
 #include "pbm_build/voxels/voxelize.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_scan/surface/refusal.h"
-#include "pbm_scan/surface_reader.h"
 #include "pbm_scan/text/printable.h"
 #include "system/files/mapped_file.h"
 #include "system/free_memory.h"
@@ -26,20 +17,7 @@ namespace {
 
 constexpr std::uint64_t kMaxMadeBytes = std::uint64_t{4} << 30; // of made points
 
-// The options and the statistics of one build.
-struct Run {
-    const BuildOptions &options;
-    BuildStatistics &statistics;
-    StepClock &clock;
-};
-
-Error transparent() { return bad_input("the images are transparent everywhere: there is nothing to build"); }
-
-Error with_input_name(const std::string &name, Error error) {
-    if (!name.empty())
-        error.message = name + ": " + error.message;
-    return error;
-}
+Error all_transparent() { return bad_input("the images are transparent everywhere: there is nothing to build"); }
 
 // Refuses early, from a lower bound, a depth at which sample_points would exceed its limit.
 Status check_hit_count(const Surface &surface, const Bounds &bounds, const Grid &grid, const BuildOptions &options) {
@@ -51,19 +29,6 @@ Status check_hit_count(const Surface &surface, const Bounds &bounds, const Grid 
     return out_of_memory("depth " + std::to_string(grid.depth) + " would need at least " +
                          std::to_string(static_cast<std::uint64_t>(least)) + " samples, the limit is " +
                          std::to_string(options.max_samples) + "; choose a smaller --depth, or --max-points");
-}
-
-Status repair(Surface &surface, const BuildOptions &options, StepClock &clock, BuildStatistics &statistics) {
-    if (surface.triangles.empty())
-        return repair_mesh(surface, options.mesh, options.threads, statistics); // has only to say so
-    return clock.run("mesh", [&] { return repair_mesh(surface, options.mesh, options.threads, statistics); });
-}
-
-AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
-    AttributeSet set;
-    set.colour = surface.colours.empty() && surface.texture_ids.empty() ? ColourFormat::none : colour;
-    set.material = surface.materials.size() > 1 && !surface.material_ids.empty();
-    return set;
 }
 
 std::vector<Material> choose_materials(const Surface &surface, const AttributeSet &set) {
@@ -97,17 +62,6 @@ void report_made_points(const Surface &surface, const BuildOptions &options, Bui
                           counted(statistics.made_points, "point") + " made in gaps of up to " +
                               counted(static_cast<std::uint64_t>(*options.upsample), "voxel"));
 }
-
-// Of a scan that was read.
-struct Prepared {
-    Surface surface;
-    Bounds bounds;
-    VertexNormals normals;
-    AttributeSet set;
-    std::vector<Field> fields;
-    std::string metadata;
-    Grid grid;
-};
 
 // Fills gaps, samples and voxelizes a part of the points at the depth of the grid. If the user set no depth, decrements
 // it until the number of points is within max_points and that of samples within max_samples; a part of several knows
@@ -157,7 +111,7 @@ Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const
             return voxels;
         }
         if (voxels.codes.empty())
-            return transparent();
+            return all_transparent();
         if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points) {
             if (!options.grid.max_points && grid.depth < first_depth)
                 run.statistics.report(Warning::coarser_grid, "depth",
@@ -182,7 +136,7 @@ void choose_radii(Voxels &voxels, bool has_points, int depth, int threads) {
 }
 
 // Adds the scene: lights, textures, ground, shadows.
-Status furnish(std::optional<Surface> triangles, Voxels &voxels, Model &model, const Run &run) {
+Status add_scene(std::optional<Surface> triangles, Voxels &voxels, Model &model, const Run &run) {
     const BuildOptions &options = run.options;
     const SceneRequest &request = options.scene;
     const int threads = options.threads;
@@ -204,132 +158,6 @@ Status furnish(std::optional<Surface> triangles, Voxels &voxels, Model &model, c
     parameters.texture = std::move(scene->texture);
     parameters.ground = scene->ground;
     return {};
-}
-
-// Replaces what the surfaces say of their scanners by one viewpoint for each.
-void station_each(std::vector<Surface> &surfaces, const std::vector<std::array<double, 3>> &viewpoints) {
-    for (std::size_t i = 0; i < surfaces.size() && i < viewpoints.size(); ++i) {
-        surfaces[i].stations = {vector_of(viewpoints[i])};
-        surfaces[i].station_ids.assign(surfaces[i].positions.size(), 0);
-    }
-}
-
-// Nothing is dropped to make the grid smaller where it is given.
-Outliers outliers_of(const BuildOptions &options) {
-    const bool grid_is_given = options.grid.like || options.grid.voxel_size;
-    return grid_is_given && options.outliers == Outliers::drop_strays ? Outliers::keep : options.outliers;
-}
-
-// Images may cut holes into a closed surface, and points may lie beside it.
-bool shows_closed_surface(const Surface &surface) {
-    return surface.closed && surface.point_count() == 0 &&
-           std::all_of(surface.textures.begin(), surface.textures.end(),
-                       [](const Texture &texture) { return texture.use.least_opacity == 0; });
-}
-
-// Repairs, merges and cleans what was read.
-Result<Surface> gather(std::vector<Surface> surfaces, const Run &run) {
-    const BuildOptions &options = run.options;
-    BuildStatistics &statistics = run.statistics;
-    const int threads = options.threads;
-    dress(surfaces, options.scene, statistics);
-    if (options.viewpoints.size() > 1)
-        station_each(surfaces, options.viewpoints);
-    for (Surface &surface : surfaces) {
-        count_input(surface, statistics);
-        if (surface.positions.empty())
-            continue;
-        if (Status repaired = repair(surface, options, run.clock, statistics); !repaired)
-            return with_input_name(surface.name, repaired.error());
-        if (Status good = examine_surface(surface, options.strict, statistics); !good)
-            return with_input_name(surface.name, good.error());
-        choose_creases(surface, options.crease_angle, threads, statistics);
-    }
-    std::erase_if(surfaces, [](const Surface &surface) { return surface.positions.empty(); });
-    if (surfaces.empty())
-        return bad_input("no input has a point left: there is nothing to build");
-    Result<Surface> merged = run.clock.run("merge", [&] { return merge_surfaces(std::move(surfaces), threads); });
-    if (!merged)
-        return merged;
-    Surface &surface = *merged;
-    surface.closed = shows_closed_surface(surface);
-    colour_beside_images(surface);
-    statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
-    if (outliers_of(options) != Outliers::keep)
-        if (Status dropped = drop_far_parts(surface, options.strict, statistics); !dropped)
-            return dropped.error();
-    if (Status allowed = refuse_denied(statistics, options.denied); !allowed)
-        return allowed.error();
-    return merged;
-}
-
-// Chooses everything that depends on the scan as a whole.
-Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
-    const BuildOptions &options = run.options;
-    BuildStatistics &statistics = run.statistics;
-    StepClock &clock = run.clock;
-    const int threads = options.threads;
-    std::vector<SinglePrecision> single_precision;
-    for (const Surface &surface : surfaces)
-        if (surface.float_step > 0 && !surface.positions.empty())
-            single_precision.push_back({surface.name, surface.float_step, surface.float_near});
-    Result<Surface> gathered = gather(std::move(surfaces), run);
-    if (!gathered)
-        return gathered.error();
-    Prepared scan;
-    scan.surface = std::move(*gathered);
-    Surface &surface = scan.surface;
-    scan.bounds = bounds_of(surface);
-    if (Status bounded = check_bounds(scan.bounds); !bounded)
-        return bounded.error();
-    scan.set = choose_attributes(surface, options.colour);
-    Result<std::vector<Field>> fields = choose_fields(surface, options.fields, statistics);
-    if (!fields)
-        return fields.error();
-    scan.fields = std::move(*fields);
-    const bool has_crs = !surface.crs.empty();
-    Result<std::string> metadata = make_metadata(options, scan.set.colour, surface.crs);
-    if (!metadata)
-        return metadata.error();
-    scan.metadata = std::move(*metadata);
-    if (has_crs)
-        statistics.report("coordinate reference system", surface.crs.empty() ? Fate::dropped : Fate::kept,
-                          surface.crs.empty() ? "the metadata has no room for it" : "in the metadata, as \"crs\"");
-
-    GridRequest request = options.grid;
-    if (!request.up && !request.like) {
-        const FoundUp found = clock.run("up axis", [&] { return find_up_axis(surface, scan.bounds, threads); });
-        statistics.report(found.reason == UpReason::none ? Warning::default_up_axis : Warning::estimated_up_axis,
-                          "up axis", note_of(found));
-        request.up = found.up;
-    }
-    const PointRequest points{.viewpoint = options.viewpoints.size() == 1 ? std::optional(options.viewpoints.front())
-                                                                          : std::nullopt,
-                              .outliers = outliers_of(options),
-                              .strict = options.strict,
-                              .keep_signs = options.mesh.winding.keep,
-                              .up = request.like ? request.like->up : *request.up};
-    Result<VertexNormals> estimated =
-        clock.run("normals", [&] { return estimate_normals(surface, points, threads, statistics); });
-    if (!estimated)
-        return estimated.error();
-    scan.normals = std::move(*estimated);
-    free_memory(surface.station_ids);
-    if (surface.point_count() > 0)
-        scan.bounds = bounds_of(surface);
-    Result<ChosenGrid> chosen = clock.run(
-        "choose grid", [&] { return choose_grid(surface, scan.bounds, scan.normals.normals, request, threads); });
-    if (!chosen)
-        return chosen.error();
-    if (!chosen->reason.empty())
-        statistics.report(Warning::finer_grid, "depth", chosen->reason);
-    scan.grid = chosen->grid;
-    report_steps(single_precision, scan.grid.voxel_size, statistics);
-    if (!options.grid.voxel_size && !options.grid.like)
-        report_precision(scan.bounds, scan.grid, statistics);
-    if (Status allowed = refuse_denied(statistics, options.denied); !allowed)
-        return allowed.error();
-    return scan;
 }
 
 // Makes the points of a part. The surface stays in `scan`.
@@ -372,8 +200,8 @@ Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &ru
     Model model;
     model.parameters = std::move(whole.parameters);
     model.metadata = std::move(whole.metadata);
-    if (Status furnished = furnish(std::move(triangles), voxels, model, run); !furnished)
-        return furnished.error();
+    if (Status added = add_scene(std::move(triangles), voxels, model, run); !added)
+        return added.error();
     if (Status allowed = refuse_denied(statistics, run.options.denied); !allowed)
         return allowed.error();
     run.clock.run("octree", [&] {
@@ -393,39 +221,6 @@ Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &ru
     for (const std::uint16_t normal : model.levels.back().points.normals)
         statistics.two_sided_points += (normal & kTwoSidedBit) != 0 ? 1 : 0;
     return model;
-}
-
-Result<std::vector<Surface>> read_surfaces(std::span<const std::string> inputs, const Run &run) {
-    const BuildOptions &options = run.options;
-    const Result<std::vector<PosedScan>> scans = posed_scans(inputs, options.poses);
-    if (!scans)
-        return scans.error();
-    std::vector<std::string> field_names;
-    for (const FieldRequest &field : options.fields)
-        field_names.push_back(field.name);
-    std::vector<Surface> surfaces;
-    for (const PosedScan &scan : *scans) {
-        const std::string name = scans->size() > 1 ? name_of(scan.file) : "";
-        Result<Surface> surface = run.clock.run("read", [&](auto read_progress) {
-            return read_surface(scan.file, {.is_one_of_several = scans->size() > 1,
-                                            .strict = options.strict,
-                                            .format = options.input_format,
-                                            .columns = options.columns,
-                                            .fields = field_names,
-                                            .dropped_classes = options.dropped_classes,
-                                            .default_material = options.scene.default_material.value_or(Material{}),
-                                            .progress = read_progress,
-                                            .threads = options.threads});
-        });
-        if (!surface)
-            return with_input_name(name, surface.error());
-        surface->name = name;
-        if (scan.pose)
-            pose(*surface, *scan.pose);
-        place(*surface, options.placement);
-        surfaces.push_back(std::move(*surface));
-    }
-    return surfaces;
 }
 
 } // namespace
@@ -478,21 +273,21 @@ Result<Model> merge_parts(std::vector<Part> parts, std::span<const std::string> 
     const Run run{options, statistics, clock};
     Part whole = clock.run("join", [&] { return join(std::move(parts)); });
     if (whole.voxels.codes.empty())
-        return transparent();
+        return all_transparent();
     if (whole.statistics.samples > options.max_samples)
         return out_of_memory("the parts have " + std::to_string(whole.statistics.samples) +
                              " samples together, the limit is " + std::to_string(options.max_samples) +
                              "; choose a smaller --depth");
     std::optional<Surface> triangles;
     if (needs_triangles(options, whole.has_points)) {
-        BuildStatistics ignored;
+        BuildStatistics reported_by_parts;
         Result<std::vector<Surface>> surfaces = read_surfaces(inputs, run);
         if (!surfaces)
             return surfaces.error();
-        Result<Surface> gathered = gather(std::move(*surfaces), {options, ignored, clock});
-        if (!gathered)
-            return gathered.error();
-        triangles = std::move(*gathered);
+        Result<Surface> merged = merge_inputs(std::move(*surfaces), {options, reported_by_parts, clock});
+        if (!merged)
+            return merged.error();
+        triangles = std::move(*merged);
     }
     BuildStatistics &of_parts = whole.statistics;
     statistics.attributes.insert(statistics.attributes.end(), of_parts.attributes.begin(), of_parts.attributes.end());

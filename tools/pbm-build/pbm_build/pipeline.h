@@ -5,53 +5,17 @@
 //   evaluate_solid_texture -> bake_shadows -> encode_octree -> average_levels -> write_model
 #pragma once
 
-#include "pbm_build/fields/field_choice.h"
-#include "pbm_build/grid/grid_choice.h"
-#include "pbm_build/grid/placement.h"
-#include "pbm_build/mesh_repair/repair_mesh.h"
-#include "pbm_build/normals/estimate_normals.h"
 #include "pbm_build/parts/part.h"
+#include "pbm_build/preparing/build_options.h"
 #include "pbm_build/report/build_statistics.h"
-#include "pbm_build/scene/scene.h"
 #include "pbm_format/model/model.h"
-#include "pbm_format/writing/writer.h"
 #include "pbm_scan/surface/surface.h"
 
-#include <bitset>
-#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace pbm::build {
-
-struct Credits {
-    std::string name, licence, credit; // UTF-8, may be empty
-};
-
-struct BuildOptions {
-    GridRequest grid;
-    Placement placement;
-    std::vector<std::string> poses;             // files of matrices, one for each input, or none
-    const ScanFormat *input_format = nullptr;   // for inputs that neither content nor name identifies
-    std::vector<std::string> columns;           // of inputs that are tables (table/text_cloud.h)
-    ColourFormat colour = ColourFormat::rgb888; // where the input has colours
-    Storage storage = Storage::packed;
-    int compression_level = kDefaultCompressionLevel; // of packed files
-    Credits credits;
-    SceneRequest scene;
-    MeshRequest mesh;
-    std::vector<FieldRequest> fields;              // at most kMaxFields
-    std::bitset<256> dropped_classes{};            // points with these classes are left out
-    std::optional<double> crease_angle;            // degrees, 0..180; creases.h
-    std::vector<std::array<double, 3>> viewpoints; // estimated normals face them; model units. One for all, or one for
-                                                   // each surface in their order; empty: the stations of the surfaces
-    Outliers outliers = Outliers::drop_strays;     // and far parts; kept with a grid that is given
-    std::optional<int> upsample;                   // largest gap, voxels; upsample.h
-    bool strict = false;                           // refuse the input instead of dropping any of it
-    WarningSet denied{};                           // refuse the input where its report has a line of these kinds
-    int threads = 0;                               // 0: one per processor
-    std::uint64_t max_samples = std::uint64_t{1} << 31; // pairs of a voxel and a triangle or point
-};
 
 // Builds a model with all levels, without panorama, from surfaces in the model's coordinates. The result does not
 // depend on the number of threads, nor on the order of surfaces, vertices, triangles and points. Adds to `statistics`.
@@ -62,9 +26,6 @@ struct BuildOptions {
 //         memory               more samples than max_samples, or too many made points
 Result<Model> build_model(std::vector<Surface> surfaces, const BuildOptions &options, BuildStatistics &statistics,
                           const Progress &progress = {});
-
-// The name of an input in errors and reports.
-inline std::string name_of(const std::string &input) { return input == "-" ? "standard input" : input; }
 
 // Calls read_surface and place for each input, then build_model. Errors and report lines name the input where there are
 // several. The caller adds the panorama (make_panorama).

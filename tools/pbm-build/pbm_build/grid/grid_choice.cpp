@@ -1,7 +1,7 @@
 #include "pbm_build/grid/grid_choice.h"
 
-#include "pbm_build/grid/lattice.h"
-#include "pbm_build/grid/radix_sort.h"
+#include "pbm_build/lattice/lattice.h"
+#include "pbm_build/lattice/radix_sort.h"
 #include "pbm_build/surface/face_normal.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_scan/surface/refusal.h"

@@ -1,7 +1,7 @@
 #include "pbm_build/neighbours/distinct_points.h"
 
-#include "pbm_build/grid/lattice_triangle.h"
-#include "pbm_build/grid/radix_sort.h"
+#include "pbm_build/lattice/lattice_triangle.h"
+#include "pbm_build/lattice/radix_sort.h"
 #include "system/free_memory.h"
 #include "system/threads/parallel.h"
 

@@ -1,7 +1,7 @@
 // The distinct positions of a cloud of points, in an order that does not depend on that of the file.
 #pragma once
 
-#include "pbm_build/grid/lattice.h"
+#include "pbm_build/lattice/lattice.h"
 
 #include <span>
 

@@ -1,7 +1,7 @@
 // Comparisons of a point or a box with the leaves and boxes of a tree (neighbours.h), 16 at once.
 #pragma once
 
-#include "pbm_build/grid/lattice.h"
+#include "pbm_build/lattice/lattice.h"
 
 #include <array>
 #include <cstdint>

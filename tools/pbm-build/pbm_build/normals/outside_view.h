@@ -2,7 +2,7 @@
 // Based on: Katz, Tal, Basri. Direct Visibility of Point Sets. 2007 (the question; here answered by depth maps)
 #pragma once
 
-#include "pbm_build/grid/lattice.h"
+#include "pbm_build/lattice/lattice.h"
 #include "pbm_build/surface/short_normal.h"
 
 namespace pbm::build {

@@ -1,7 +1,7 @@
 // Planes through the neighbours of several points at once.
 #pragma once
 
-#include "pbm_build/grid/lattice.h"
+#include "pbm_build/lattice/lattice.h"
 #include "pbm_build/surface/short_normal.h"
 
 #include <array>

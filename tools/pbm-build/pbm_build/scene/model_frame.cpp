@@ -1,6 +1,6 @@
 #include "pbm_build/scene/model_frame.h"
 
-#include "pbm_build/grid/lattice.h"
+#include "pbm_build/lattice/lattice.h"
 
 #include <glm/common.hpp>
 

@@ -1,6 +1,6 @@
 #include "pbm_build/voxels/sample_cursor.h"
 
-#include "pbm_build/grid/lattice_triangle.h"
+#include "pbm_build/lattice/lattice_triangle.h"
 
 #include <algorithm>
 #include <cmath>

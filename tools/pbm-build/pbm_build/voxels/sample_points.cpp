@@ -1,6 +1,6 @@
 #include "pbm_build/voxels/sample_points.h"
 
-#include "pbm_build/grid/lattice_triangle.h"
+#include "pbm_build/lattice/lattice_triangle.h"
 #include "pbm_build/voxels/triangle_voxels.h"
 #include "pbm_scan/surface/refusal.h"
 #include "system/threads/parallel.h"

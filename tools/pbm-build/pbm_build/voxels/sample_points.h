@@ -3,8 +3,8 @@
 #pragma once
 
 #include "pbm_build/fields/field_choice.h"
-#include "pbm_build/grid/lattice.h"
 #include "pbm_build/images/texture_pyramid.h"
+#include "pbm_build/lattice/lattice.h"
 #include "pbm_build/surface/vertex_normals.h"
 #include "pbm_build/voxels/hit_store.h"
 #include "pbm_build/voxels/sample.h"

@@ -4,7 +4,7 @@
 // Based on: Akenine-Moeller. Fast 3D Triangle-Box Overlap Testing. 2001 (separating axes)
 #pragma once
 
-#include "pbm_build/grid/lattice.h"
+#include "pbm_build/lattice/lattice.h"
 
 #include <array>
 #include <cstddef>

@@ -1,7 +1,7 @@
 #include "pbm_build/voxels/voxelize.h"
 
 #include "pbm_build/fields/field_votes.h"
-#include "pbm_build/grid/radix_sort.h"
+#include "pbm_build/lattice/radix_sort.h"
 #include "pbm_build/voxels/sample_cursor.h"
 #include "system/free_memory.h"
 #include "system/threads/parallel.h"

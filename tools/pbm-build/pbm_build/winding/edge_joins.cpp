@@ -1,6 +1,6 @@
 #include "pbm_build/winding/edge_joins.h"
 
-#include "pbm_build/grid/radix_sort.h"
+#include "pbm_build/lattice/radix_sort.h"
 #include "system/threads/parallel.h"
 
 #include <glm/common.hpp>

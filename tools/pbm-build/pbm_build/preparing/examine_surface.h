@@ -10,8 +10,9 @@
 
 namespace pbm::build {
 
-// Adds one input to the counts and the report of `statistics`, with the vertices and triangles that the reader dropped.
-void count_input(Surface &surface, BuildStatistics &statistics);
+// Moves the report of one input to `statistics`, adds the input to the counts, and reports the vertices and triangles
+// that the reader dropped.
+void take_report(Surface &surface, BuildStatistics &statistics);
 
 // Reports vertices without a face.
 //

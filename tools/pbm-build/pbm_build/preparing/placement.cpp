@@ -1,6 +1,6 @@
-#include "pbm_build/grid/placement.h"
+#include "pbm_build/preparing/placement.h"
 
-#include "pbm_build/grid/lattice.h"
+#include "pbm_build/lattice/lattice.h"
 
 #include <algorithm>
 #include <bit>

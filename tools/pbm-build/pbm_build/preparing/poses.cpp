@@ -1,4 +1,4 @@
-#include "pbm_build/grid/poses.h"
+#include "pbm_build/preparing/poses.h"
 
 #include "pbm_scan/images/files_beside.h"
 #include "pbm_scan/surface/refusal.h"

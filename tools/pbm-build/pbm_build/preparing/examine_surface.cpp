@@ -1,4 +1,4 @@
-#include "pbm_build/grid/examine_surface.h"
+#include "pbm_build/preparing/examine_surface.h"
 
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
@@ -53,7 +53,7 @@ Status report_loose_vertices(const Surface &surface, bool strict, BuildStatistic
 
 } // namespace
 
-void count_input(Surface &surface, BuildStatistics &statistics) {
+void take_report(Surface &surface, BuildStatistics &statistics) {
     statistics.vertices +=
         surface.positions.size() - std::min<std::uint64_t>(surface.vertex_copies, surface.positions.size());
     statistics.triangles += surface.triangles.size();

@@ -1,4 +1,4 @@
-#include "pbm_build/metadata.h"
+#include "pbm_build/preparing/metadata.h"
 
 #include "pbm_format/container/layout.h"
 #include "pbm_scan/surface/refusal.h"
@@ -7,7 +7,7 @@
 
 namespace pbm::build {
 
-Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour, std::string &crs) {
+Result<Metadata> make_metadata(const BuildOptions &build, ColourFormat colour, const std::string &crs) {
     const GridRequest &grid = build.grid;
     const Placement &placement = build.placement;
     nlohmann::ordered_json metadata;
@@ -71,16 +71,15 @@ Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour
         return usage("--name, --licence, --credit and the options of the scene are too long: metadata is at most "
                      "4,096 bytes");
     if (crs.empty())
-        return text;
+        return Metadata{std::move(text)};
     constexpr std::size_t kRecord = 256; // room for the hashes of source_record.h
     try {
         metadata["crs"] = crs;
         if (std::string with_crs = metadata.dump(); with_crs.size() + kRecord <= kMaxMetadataBytes)
-            return with_crs;
+            return Metadata{std::move(with_crs), true};
     } catch (const nlohmann::json::exception &) { // NOLINT(bugprone-empty-catch): no UTF-8
     }
-    crs.clear();
-    return text;
+    return Metadata{std::move(text)};
 }
 
 } // namespace pbm::build

@@ -1,7 +1,7 @@
 // Triangles on the lattice: results in integers that do not depend on the order of the corners.
 #pragma once
 
-#include "pbm_build/grid/lattice.h"
+#include "pbm_build/lattice/lattice.h"
 
 #include <array>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "pbm_build/grid/lattice.h"
+#include "pbm_build/lattice/lattice.h"
 
 #include "system/threads/parallel.h"
 

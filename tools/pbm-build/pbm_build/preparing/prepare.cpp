@@ -1,0 +1,197 @@
+#include "pbm_build/preparing/prepare.h"
+
+#include "pbm_build/grid/far_parts.h"
+#include "pbm_build/grid/up_axis.h"
+#include "pbm_build/preparing/examine_surface.h"
+#include "pbm_build/preparing/metadata.h"
+#include "pbm_build/preparing/poses.h"
+#include "pbm_build/surface/creases.h"
+#include "pbm_build/surface/material_colours.h"
+#include "pbm_build/surface/merge_surfaces.h"
+#include "pbm_scan/surface/refusal.h"
+#include "pbm_scan/surface_reader.h"
+#include "system/free_memory.h"
+
+#include <algorithm>
+
+namespace pbm::build {
+namespace {
+
+Error with_input_name(const std::string &name, Error error) {
+    if (!name.empty())
+        error.message = name + ": " + error.message;
+    return error;
+}
+
+Status repair(Surface &surface, const BuildOptions &options, StepClock &clock, BuildStatistics &statistics) {
+    if (surface.triangles.empty())
+        return repair_mesh(surface, options.mesh, options.threads, statistics); // has only to say so
+    return clock.run("mesh", [&] { return repair_mesh(surface, options.mesh, options.threads, statistics); });
+}
+
+// Replaces what the surfaces say of their scanners by one viewpoint for each.
+void set_stations(std::vector<Surface> &surfaces, const std::vector<std::array<double, 3>> &viewpoints) {
+    for (std::size_t i = 0; i < surfaces.size() && i < viewpoints.size(); ++i) {
+        surfaces[i].stations = {vector_of(viewpoints[i])};
+        surfaces[i].station_ids.assign(surfaces[i].positions.size(), 0);
+    }
+}
+
+// Nothing is dropped to make the grid smaller where it is given.
+Outliers outliers_of(const BuildOptions &options) {
+    const bool grid_is_given = options.grid.like || options.grid.voxel_size;
+    return grid_is_given && options.outliers == Outliers::drop_strays ? Outliers::keep : options.outliers;
+}
+
+// Images may cut holes into a closed surface, and points may lie beside it.
+bool shows_closed_surface(const Surface &surface) {
+    return surface.closed && surface.point_count() == 0 &&
+           std::all_of(surface.textures.begin(), surface.textures.end(),
+                       [](const Texture &texture) { return texture.use.least_opacity == 0; });
+}
+
+AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
+    AttributeSet set;
+    set.colour = surface.colours.empty() && surface.texture_ids.empty() ? ColourFormat::none : colour;
+    set.material = surface.materials.size() > 1 && !surface.material_ids.empty();
+    return set;
+}
+
+} // namespace
+
+Result<std::vector<Surface>> read_surfaces(std::span<const std::string> inputs, const Run &run) {
+    const BuildOptions &options = run.options;
+    const Result<std::vector<PosedScan>> scans = posed_scans(inputs, options.poses);
+    if (!scans)
+        return scans.error();
+    std::vector<std::string> field_names;
+    for (const FieldRequest &field : options.fields)
+        field_names.push_back(field.name);
+    std::vector<Surface> surfaces;
+    for (const PosedScan &scan : *scans) {
+        const std::string name = scans->size() > 1 ? name_of(scan.file) : "";
+        Result<Surface> surface = run.clock.run("read", [&](auto read_progress) {
+            return read_surface(scan.file, {.is_one_of_several = scans->size() > 1,
+                                            .strict = options.strict,
+                                            .format = options.input_format,
+                                            .columns = options.columns,
+                                            .fields = field_names,
+                                            .dropped_classes = options.dropped_classes,
+                                            .default_material = options.scene.default_material.value_or(Material{}),
+                                            .progress = read_progress,
+                                            .threads = options.threads});
+        });
+        if (!surface)
+            return with_input_name(name, surface.error());
+        surface->name = name;
+        if (scan.pose)
+            pose(*surface, *scan.pose);
+        place(*surface, options.placement);
+        surfaces.push_back(std::move(*surface));
+    }
+    return surfaces;
+}
+
+Result<Surface> merge_inputs(std::vector<Surface> surfaces, const Run &run) {
+    const BuildOptions &options = run.options;
+    BuildStatistics &statistics = run.statistics;
+    const int threads = options.threads;
+    dress(surfaces, options.scene, statistics);
+    if (options.viewpoints.size() > 1)
+        set_stations(surfaces, options.viewpoints);
+    for (Surface &surface : surfaces) {
+        take_report(surface, statistics);
+        if (surface.positions.empty())
+            continue;
+        if (Status repaired = repair(surface, options, run.clock, statistics); !repaired)
+            return with_input_name(surface.name, repaired.error());
+        if (Status good = examine_surface(surface, options.strict, statistics); !good)
+            return with_input_name(surface.name, good.error());
+        choose_creases(surface, options.crease_angle, threads, statistics);
+    }
+    std::erase_if(surfaces, [](const Surface &surface) { return surface.positions.empty(); });
+    if (surfaces.empty())
+        return bad_input("no input has a point left: there is nothing to build");
+    Result<Surface> merged = run.clock.run("merge", [&] { return merge_surfaces(std::move(surfaces), threads); });
+    if (!merged)
+        return merged;
+    Surface &surface = *merged;
+    surface.closed = shows_closed_surface(surface);
+    colour_beside_images(surface);
+    statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
+    if (outliers_of(options) != Outliers::keep)
+        if (Status dropped = drop_far_parts(surface, options.strict, statistics); !dropped)
+            return dropped.error();
+    if (Status allowed = refuse_denied(statistics, options.denied); !allowed)
+        return allowed.error();
+    return merged;
+}
+
+Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
+    const BuildOptions &options = run.options;
+    BuildStatistics &statistics = run.statistics;
+    StepClock &clock = run.clock;
+    const int threads = options.threads;
+    std::vector<SinglePrecision> single_precision;
+    for (const Surface &surface : surfaces)
+        if (surface.float_step > 0 && !surface.positions.empty())
+            single_precision.push_back({surface.name, surface.float_step, surface.float_near});
+    Result<Surface> merged = merge_inputs(std::move(surfaces), run);
+    if (!merged)
+        return merged.error();
+    Prepared scan;
+    scan.surface = std::move(*merged);
+    Surface &surface = scan.surface;
+    scan.bounds = bounds_of(surface);
+    if (Status bounded = check_bounds(scan.bounds); !bounded)
+        return bounded.error();
+    scan.set = choose_attributes(surface, options.colour);
+    Result<std::vector<Field>> fields = choose_fields(surface, options.fields, statistics);
+    if (!fields)
+        return fields.error();
+    scan.fields = std::move(*fields);
+    Result<Metadata> metadata = make_metadata(options, scan.set.colour, surface.crs);
+    if (!metadata)
+        return metadata.error();
+    scan.metadata = std::move(metadata->text);
+    if (!surface.crs.empty())
+        statistics.report("coordinate reference system", metadata->has_crs ? Fate::kept : Fate::dropped,
+                          metadata->has_crs ? "in the metadata, as \"crs\"" : "the metadata has no room for it");
+
+    GridRequest request = options.grid;
+    if (!request.up && !request.like) {
+        const FoundUp found = clock.run("up axis", [&] { return find_up_axis(surface, scan.bounds, threads); });
+        statistics.report(found.reason == UpReason::none ? Warning::default_up_axis : Warning::estimated_up_axis,
+                          "up axis", note_of(found));
+        request.up = found.up;
+    }
+    const PointRequest points{.viewpoint = options.viewpoints.size() == 1 ? std::optional(options.viewpoints.front())
+                                                                          : std::nullopt,
+                              .outliers = outliers_of(options),
+                              .strict = options.strict,
+                              .keep_signs = options.mesh.winding.keep,
+                              .up = request.like ? request.like->up : *request.up};
+    Result<VertexNormals> estimated =
+        clock.run("normals", [&] { return estimate_normals(surface, points, threads, statistics); });
+    if (!estimated)
+        return estimated.error();
+    scan.normals = std::move(*estimated);
+    free_memory(surface.station_ids);
+    if (surface.point_count() > 0)
+        scan.bounds = bounds_of(surface);
+    Result<ChosenGrid> chosen = clock.run(
+        "choose grid", [&] { return choose_grid(surface, scan.bounds, scan.normals.normals, request, threads); });
+    if (!chosen)
+        return chosen.error();
+    if (!chosen->reason.empty())
+        statistics.report(Warning::finer_grid, "depth", chosen->reason);
+    scan.grid = chosen->grid;
+    report_steps(single_precision, scan.grid.voxel_size, statistics);
+    if (!options.grid.voxel_size && !options.grid.like)
+        report_precision(scan.bounds, scan.grid, statistics);
+    if (Status allowed = refuse_denied(statistics, options.denied); !allowed)
+        return allowed.error();
+    return scan;
+}
+
+} // namespace pbm::build
