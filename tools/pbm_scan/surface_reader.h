@@ -1,4 +1,5 @@
 // Reads a scan from a file of any known format (formats.h).
+// Stability: stable.
 #pragma once
 
 #include "pbm_scan/surface/surface.h"

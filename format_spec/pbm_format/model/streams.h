@@ -3,6 +3,7 @@
 //
 // A new attribute needs a StreamKind, a flag of AttributeSet, a column of PointColumns and a row of kStreams;
 // docs/how-to/add-an-attribute.md shows one from scan to picture.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/normal.h"
@@ -190,10 +191,10 @@ PointView view_points(const PointAttributes &points, std::size_t first, std::siz
 std::span<std::uint8_t> bytes_of(PointAttributes &points, const StreamInfo &stream);
 ByteView bytes_of(const PointView &points, const StreamInfo &stream);
 
-// Nodes of level L - 1 below a chunk's root: the parents of the chunk's points.
-struct ParentNodes {
-    ByteView masks;  // of level L - 1: one per node of level L - 2, the parents of these nodes; empty for L = 1
-    PointView nodes; // one per mask of the chunk
+// The nodes of a chunk of level L, and the masks of the chunk's parents. BVG.md 5.3 and 5.5.13
+struct ChunkNodes {
+    ByteView parent_masks; // [parents] of level L - 1, one per node of level L - 2; empty for L = 1
+    PointView attributes;  // [nodes] of level L - 1, one per mask of the chunk: the parents of its points
 };
 
 // A stream and its place in the file.

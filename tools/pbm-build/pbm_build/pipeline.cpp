@@ -33,7 +33,9 @@ struct Run {
     StepClock &clock;
 };
 
-Error transparent() { return bad_input("the images are transparent everywhere: there is nothing to build"); }
+Error transparent_images_error() {
+    return bad_input("the images are transparent everywhere: there is nothing to build");
+}
 
 Error with_input_name(const std::string &name, Error error) {
     if (!name.empty())
@@ -157,7 +159,7 @@ Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const
             return voxels;
         }
         if (voxels.codes.empty())
-            return transparent();
+            return transparent_images_error();
         if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points) {
             if (!options.grid.max_points && grid.depth < first_depth)
                 run.statistics.report(Warning::coarser_grid, "depth",
@@ -182,7 +184,7 @@ void choose_radii(Voxels &voxels, bool has_points, int depth, int threads) {
 }
 
 // Adds the scene: lights, textures, ground, shadows.
-Status furnish(std::optional<Surface> triangles, Voxels &voxels, Model &model, const Run &run) {
+Status add_scene(std::optional<Surface> triangles, Voxels &voxels, Model &model, const Run &run) {
     const BuildOptions &options = run.options;
     const SceneRequest &request = options.scene;
     const int threads = options.threads;
@@ -206,8 +208,8 @@ Status furnish(std::optional<Surface> triangles, Voxels &voxels, Model &model, c
     return {};
 }
 
-// Replaces what the surfaces say of their scanners by one viewpoint for each.
-void station_each(std::vector<Surface> &surfaces, const std::vector<std::array<double, 3>> &viewpoints) {
+// Replaces the scanner positions of each surface by its given viewpoint.
+void set_viewpoints(std::vector<Surface> &surfaces, const std::vector<std::array<double, 3>> &viewpoints) {
     for (std::size_t i = 0; i < surfaces.size() && i < viewpoints.size(); ++i) {
         surfaces[i].stations = {vector_of(viewpoints[i])};
         surfaces[i].station_ids.assign(surfaces[i].positions.size(), 0);
@@ -227,14 +229,14 @@ bool shows_closed_surface(const Surface &surface) {
                        [](const Texture &texture) { return texture.use.least_opacity == 0; });
 }
 
-// Repairs, merges and cleans what was read.
-Result<Surface> gather(std::vector<Surface> surfaces, const Run &run) {
+// Sets the materials of the surfaces, repairs them, merges them into one, and drops parts that lie far away.
+Result<Surface> merge_inputs(std::vector<Surface> surfaces, const Run &run) {
     const BuildOptions &options = run.options;
     BuildStatistics &statistics = run.statistics;
     const int threads = options.threads;
-    dress(surfaces, options.scene, statistics);
+    set_materials(surfaces, options.scene, statistics);
     if (options.viewpoints.size() > 1)
-        station_each(surfaces, options.viewpoints);
+        set_viewpoints(surfaces, options.viewpoints);
     for (Surface &surface : surfaces) {
         count_input(surface, statistics);
         if (surface.positions.empty())
@@ -273,11 +275,11 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
     for (const Surface &surface : surfaces)
         if (surface.float_step > 0 && !surface.positions.empty())
             single_precision.push_back({surface.name, surface.float_step, surface.float_near});
-    Result<Surface> gathered = gather(std::move(surfaces), run);
-    if (!gathered)
-        return gathered.error();
+    Result<Surface> merged = merge_inputs(std::move(surfaces), run);
+    if (!merged)
+        return merged.error();
     Prepared scan;
-    scan.surface = std::move(*gathered);
+    scan.surface = std::move(*merged);
     Surface &surface = scan.surface;
     scan.bounds = bounds_of(surface);
     if (Status bounded = check_bounds(scan.bounds); !bounded)
@@ -372,8 +374,8 @@ Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &ru
     Model model;
     model.parameters = std::move(whole.parameters);
     model.metadata = std::move(whole.metadata);
-    if (Status furnished = furnish(std::move(triangles), voxels, model, run); !furnished)
-        return furnished.error();
+    if (Status added = add_scene(std::move(triangles), voxels, model, run); !added)
+        return added.error();
     if (Status allowed = refuse_denied(statistics, run.options.denied); !allowed)
         return allowed.error();
     run.clock.run("octree", [&] {
@@ -478,7 +480,7 @@ Result<Model> merge_parts(std::vector<Part> parts, std::span<const std::string> 
     const Run run{options, statistics, clock};
     Part whole = clock.run("join", [&] { return join(std::move(parts)); });
     if (whole.voxels.codes.empty())
-        return transparent();
+        return transparent_images_error();
     if (whole.statistics.samples > options.max_samples)
         return out_of_memory("the parts have " + std::to_string(whole.statistics.samples) +
                              " samples together, the limit is " + std::to_string(options.max_samples) +
@@ -489,10 +491,10 @@ Result<Model> merge_parts(std::vector<Part> parts, std::span<const std::string> 
         Result<std::vector<Surface>> surfaces = read_surfaces(inputs, run);
         if (!surfaces)
             return surfaces.error();
-        Result<Surface> gathered = gather(std::move(*surfaces), {options, ignored, clock});
-        if (!gathered)
-            return gathered.error();
-        triangles = std::move(*gathered);
+        Result<Surface> merged = merge_inputs(std::move(*surfaces), {options, ignored, clock});
+        if (!merged)
+            return merged.error();
+        triangles = std::move(*merged);
     }
     BuildStatistics &of_parts = whole.statistics;
     statistics.attributes.insert(statistics.attributes.end(), of_parts.attributes.begin(), of_parts.attributes.end());
