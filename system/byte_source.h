@@ -3,6 +3,7 @@
 //   auto file = std::make_shared<SparseFile>(size);    a file on the other side of a network
 //   file->fill(0, first_bytes)                         from any thread, as ranges arrive
 //   ByteSource(file).view({offset, bytes})             the bytes, or nothing if some have not arrived
+// Stability: stable.
 #pragma once
 
 #include "system/bytes.h"

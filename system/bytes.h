@@ -1,4 +1,5 @@
 // Little-endian records: reading untrusted bytes, writing exact ones. BVG.md 1.
+// Stability: stable.
 #pragma once
 
 #include <algorithm>

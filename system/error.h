@@ -2,6 +2,7 @@
 //
 // Damaged bytes give an `Error`; errors of callers give an `assert`. Functions that return a Result or a Status throw
 // nothing; all others throw at most std::bad_alloc.
+// Stability: stable.
 #pragma once
 
 #include <cassert>

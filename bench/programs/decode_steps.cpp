@@ -60,7 +60,7 @@ void decompress(ZSTD_DCtx *context, ByteView stored, Bytes &raw) {
 // A filtered stream of a chunk with all inputs of its un-filtering.
 struct FilteredStream {
     ByteView masks;
-    ParentNodes parents;
+    ChunkNodes nodes;
     std::size_t points;
     std::vector<Bytes> planes; // followed by kSlack bytes
     std::vector<std::size_t> plane_bytes;
@@ -78,7 +78,7 @@ class Unfiltering {
             for (const ChunkEntry &chunk : directories[level]->chunks) {
                 const Level &here = model.levels[level], &above = model.levels[level - 1];
                 FilteredStream job{.masks = ByteView(here.masks).subspan(chunk.first_node, chunk.shape.nodes),
-                                   .parents = parent_nodes(chunk, above.masks, 0, above.points, 0, set),
+                                   .nodes = chunk_nodes(chunk, above.masks, 0, above.points, 0, set),
                                    .points = chunk.shape.points,
                                    .planes = {},
                                    .plane_bytes = {}};
@@ -87,7 +87,7 @@ class Unfiltering {
                                    .stream = stream,
                                    .level = static_cast<int>(level),
                                    .finest = level + 1 == directories.size()},
-                                  job.masks, view_points(here.points, chunk.first_point, job.points, set), job.parents);
+                                  job.masks, view_points(here.points, chunk.first_point, job.points, set), job.nodes);
                 if (!planes)
                     continue;
                 for (Bytes &plane : *planes) {
@@ -112,11 +112,11 @@ class Unfiltering {
             points_.resize(job.points, set);
             masks_.resize(job.masks.size());
             if (filter_ == Filter::mask_rank) {
-                unrank_masks(job.plane(0), {job.parents.masks, job.parents.nodes.normals}, masks_);
+                unrank_masks(job.plane(0), {job.nodes.parent_masks, job.nodes.attributes.normals}, masks_);
                 continue;
             }
             scratch_.layout.build(job.masks, summarise_masks(job.masks));
-            const PointView &nodes = job.parents.nodes;
+            const PointView &nodes = job.nodes.attributes;
             switch (filter_) {
             case Filter::normal:
                 unfilter_normals(scratch_, nodes.normals, job.plane(0), job.plane(1), points_.normals);

@@ -77,8 +77,8 @@
 // mapped file. Names of files and texts are UTF-8, and end with a zero byte. Coordinates are right-handed; angles are
 // radians; colours are sRGB.
 //
-// Binary compatibility: functions are never removed or changed as long as the library is libpbm.so.1, and each carries
-// the version in which it came (PBM_1.0).
+// Stability: stable. Functions are never removed or changed as long as the library is libpbm.so.1, which keeps programs
+// compiling and linked programs running. Each function carries the version in which it came (PBM_1.0).
 #ifndef PBM_PBM_H
 #define PBM_PBM_H
 

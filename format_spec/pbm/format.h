@@ -48,6 +48,9 @@
 //
 // Errors are values: Result<T> and Status (system/error.h) hold the error, its byte offset and the broken rule of
 // BVG.md. Functions that return one throw nothing; all others throw at most std::bad_alloc.
+//
+// Stability: stable. What a header marked so declares keeps compiling until the next major version. What one marked
+// experimental declares may change with a minor version. docs/reference/versions.md
 #pragma once
 
 #include "pbm_format/checking/validate.h"

@@ -39,6 +39,9 @@
 //
 // Contents: bake_light (points) and bake_ground (a ground plane), with shadow maps or with rays against the faces of a
 // scan (ShadowRays); lit_levels (the coarser levels of one light). Functions throw at most std::bad_alloc.
+//
+// Stability: stable. What a header marked so declares keeps compiling until the next major version. What one marked
+// experimental declares may change with a minor version. docs/reference/versions.md
 #pragma once
 
 #include "pbm_bake/shadow_baker.h"

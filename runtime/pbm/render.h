@@ -55,6 +55,9 @@
 //
 // A splat is the small disc that represents a point: one or a few pixels wide, oriented by the point's normal.
 // Functions that return a Result throw nothing; all others throw at most std::bad_alloc.
+//
+// Stability: stable. What a header marked so declares keeps compiling until the next major version. What one marked
+// experimental declares may change with a minor version. docs/reference/versions.md
 #pragma once
 
 #include "pbm_format/rasters/tiled_image.h"

@@ -6,6 +6,7 @@
 //   model.images.ground_lit = {bake_ground(casters, lights[0], ground, 1024, {.maps = 16})};
 //
 // The result is the same for any number of threads, SIMD target and compiler.
+// Stability: stable.
 #pragma once
 
 #include "pbm_bake/shadow_casters.h"

@@ -3,6 +3,7 @@
 // A voxel's centre lies up to 0.87 voxel edges off the surface. A shadow map of voxel centres either shadows all
 // neighbours or needs a bias that lets light through. So each point has a surface offset:
 // pbm_surface/carried_offsets.h.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/model.h"

@@ -2,6 +2,7 @@
 //
 // Points alone do not say where the surface lies within a voxel: on rough scans 2 to 3 % of the points that face a
 // light get wrong shadows. Triangles say it, and they hold the relief between points that blocks the light.
+// Stability: experimental.
 #pragma once
 
 #include <array>

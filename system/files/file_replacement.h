@@ -1,4 +1,5 @@
 // Replaces files atomically: readers see the old content or the new one, never a part.
+// Stability: stable.
 #pragma once
 
 #include "system/bytes.h"

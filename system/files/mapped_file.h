@@ -1,4 +1,5 @@
 // Maps files into memory, read-only, and reads streams to their end.
+// Stability: stable.
 #pragma once
 
 #include "system/bytes.h"

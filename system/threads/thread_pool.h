@@ -1,5 +1,6 @@
 // The only code that starts threads. A pool distributes loops over its workers and the calling thread (`run`), and runs
 // long tasks (`post`). Workers live as long as the pool, since starting threads takes too long for every frame.
+// Stability: experimental.
 #pragma once
 
 #include <chrono>

@@ -57,11 +57,11 @@ def report(checks, survivors, excuses, seconds, whole):
             excuse[1] += 1
         else:
             open_ones.append(check)
-    print(f"{'file':<24}{'checks':>8}{'missed':>8}{'excused':>9}{'open':>6}")
+    print(f"{'file':<24}{'checks':>8}{'caught':>8}{'excused':>9}{'survived':>10}")
     for file, (total, excused, left) in [*by_file.items(), ("all", [sum(column) for column in zip(*by_file.values())])]:
-        print(f"{file:<24}{total:>8}{total - excused - left:>8}{excused:>9}{left:>6}")
+        print(f"{file:<24}{total:>8}{total - excused - left:>8}{excused:>9}{left:>10}")
     for check in open_ones:
-        print(f"not missed: {check['number']} {check['file']}:{check['line']}: {check['text']}")
+        print(f"survived: {check['number']} {check['file']}:{check['line']}: {check['text']}")
     stale = [key for key, (_, used) in excuses.items() if used == 0] if whole else []
     for file, text in stale:
         print(f"no excuse needed: {file}: {text}")

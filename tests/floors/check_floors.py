@@ -4,6 +4,7 @@ programs link what their floor may.
 
   check_floors.py includes SOURCE_FOLDER     every file of ours
   check_floors.py links PROGRAM_FOLDER       every program there that has a rule
+  check_floors.py rooms SOURCE_FOLDER        docs/architecture.md names every floor and room, lowest first
   check_floors.py self-test                  feeds each rule something that breaks it
 """
 
@@ -55,6 +56,10 @@ ROOMS = {
         "normals radii texture", "upsampling parts", "panorama", "scene", "preparing", "."],
     "data/pbm-sample": ["noise", "ammonite points", "ply", "."],
 }
+
+# Floors without a row of their own in docs/architecture.md: doors, and what the row of the folder above describes.
+WITHOUT_ROW = {"format_spec/pbm", "runtime/pbm", "tools/pbm", "tools/pbm-build", "bindings/c", "bindings/web",
+               "bindings/web/bench"}
 
 # What needs an operating system, and the rooms of the floors that must do without it.
 OPERATING_SYSTEM = re.compile(r"system/(files|processes)/")
@@ -217,6 +222,33 @@ def all_includes(source):
     return found, files
 
 
+def check_page(page):
+    """What the table of floors in docs/architecture.md lacks. A row has a folder, a purpose, and its rooms in backquotes."""
+    rows = [line.split("|") for line in page.splitlines() if line.startswith("| `")]
+    found = []
+    for floor in FLOORS.keys() - WITHOUT_ROW:
+        row = next((row for row in rows if len(row) == 5 and re.search(rf"[`/]{floor.split('/')[-1]}/?`", row[1])), None)
+        if row is None:
+            found.append(f"docs/architecture.md: no row of the table of floors names {floor}/")
+            continue
+        below = here = -1  # where the last room of a lower rank is named, and that of this rank
+        for rooms in ROOMS.get(floor, []):
+            for room in (room.split("/")[-1] for room in rooms.split() if room != "."):
+                at = row[3].find(f"`{room}/`")
+                here = max(here, at)
+                if at < 0:
+                    found.append(f"docs/architecture.md: the row of {floor}/ does not name `{room}/`")
+                elif at < below:
+                    found.append(f"docs/architecture.md: the row of {floor}/ names `{room}/` before a lower room")
+            below = here
+    return sorted(found)
+
+
+def all_rooms(source):
+    found = check_page((source / "docs/architecture.md").read_text())
+    return found, sum(len(rooms.split()) for floor in ROOMS.values() for rooms in floor)
+
+
 def all_links(folder):
     found, programs = [], 0
     for program in LINKS:
@@ -327,13 +359,19 @@ def self_test():
     wrong += [f"accepted: {case}" for case in bad_cmake if not check_cmake(*case)]
     wrong += [f"accepted: {case}" for case in bad_links if not check_links(*case)]
     wrong += [f"accepted: {case}" for case in bad_folders if not check_folder(*case)]
+    page = "".join(f"| `{floor}/` | |" + "".join(f" `{room.split('/')[-1]}/`" for rooms in ROOMS.get(floor, [])
+                   for room in rooms.split()) + " |\n" for floor in FLOORS)
+    bad_pages = [page.replace("`splats/` ", ""), page.replace("| `runtime/pbm_bake/` | |", "| other | |"),
+                 page.replace("`law/`", "").replace("`writing/`", "`writing/` `law/`")]
+    wrong += [f"accepted: page {number}" for number, bad in enumerate(bad_pages) if not check_page(bad)]
+    wrong += check_page(page)
     good = "\tlinux-vdso.so.1 (0x1)\n\tlibzstd.so.1 => /lib/libzstd.so.1 (0x1)"
     wrong += check_links("pbm-render", good)
-    return wrong, len(bad_includes) + len(good_includes) + len(bad_cmake) + len(bad_folders) + len(bad_links) + 1
+    return wrong, len(bad_includes) + len(good_includes) + len(bad_cmake) + len(bad_folders) + len(bad_links) + len(bad_pages) + 2
 
 
 def main():
-    modes = {"includes": all_includes, "links": all_links, "self-test": self_test}
+    modes = {"includes": all_includes, "links": all_links, "rooms": all_rooms, "self-test": self_test}
     if len(sys.argv) < 2 or sys.argv[1] not in modes:
         sys.exit(__doc__)
     found, checked = modes[sys.argv[1]](*map(pathlib.Path, sys.argv[2:]))

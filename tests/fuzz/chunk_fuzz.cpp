@@ -52,7 +52,7 @@ struct Place {
     const Original &original;
     ChunkRules rules;
     ChunkEntry entry;
-    ParentNodes parents;
+    ChunkNodes nodes;
 
     const Level &level() const { return original.model.levels[static_cast<std::size_t>(rules.level)]; }
     std::uint64_t raw_bytes(const StreamInfo &stream) const {
@@ -68,7 +68,7 @@ Place choose_place(test::ByteSource &input) {
     const Level &above = original.model.levels[static_cast<std::size_t>(level) - 1];
     const AttributeSet &set = original.reader.parameters().attributes;
     return {original, original.reader.chunk_rules(level), entry,
-            parent_nodes(entry, above.masks, 0, above.points, 0, set)};
+            chunk_nodes(entry, above.masks, 0, above.points, 0, set)};
 }
 
 // Bytes with the same bits cleared in each: they more often obey the rules of values, and they compress.
@@ -212,7 +212,7 @@ void check_plain(const Place &place, const Chunk &chunk) {
     entry.stored_bytes = stored.size();
     entry.hash = hash64(stored);
     Chunk again;
-    require(decode_chunk(entry, stored, place.rules, place.parents, again).ok());
+    require(decode_chunk(entry, stored, place.rules, place.nodes, again).ok());
     require(again.masks == chunk.masks && again.points == chunk.points);
 }
 
@@ -239,7 +239,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     place.entry.stored_bytes = stored.size();
     place.entry.hash = hash64(stored);
     Chunk chunk;
-    if (!decode_chunk(place.entry, stored, place.rules, place.parents, chunk))
+    if (!decode_chunk(place.entry, stored, place.rules, place.nodes, chunk))
         return 0;
     check_values(place, chunk);
     check_plain(place, chunk);

@@ -173,9 +173,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     const std::vector<Bytes> planes = read_planes(c, summary, input);
     const Points points = unfilter(c, planes);
 
-    const ParentNodes parents{.masks = {}, .nodes = c.view(c.normals, c.values)};
+    const ChunkNodes nodes{.parent_masks = {}, .attributes = c.view(c.normals, c.values)};
     auto again = filter_stream({.set = c.set, .stream = c.stream, .level = c.level, .finest = c.finest}, c.masks,
-                               c.view(points.normals, points.values), parents);
+                               c.view(points.normals, points.values), nodes);
     if (!again)
         std::abort();
     if (c.filter() == Filter::shadow) {

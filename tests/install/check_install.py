@@ -5,6 +5,7 @@ import argparse
 import json
 import os
 import pathlib
+import re
 import shutil
 import sys
 
@@ -67,6 +68,10 @@ for door, example in (("format", "read_points"), ("render", "moving_camera"), ("
 check(len(list((prefix / "include").glob("*"))) == 1, "headers are installed outside include/pbm")
 headers = list((prefix / "include").rglob("*.h"))
 check(len(headers) <= MOST_HEADERS, f"{len(headers)} headers are installed, more than {MOST_HEADERS}: what do the doors include?")
+for header in headers:
+    marks = re.findall(r"^// Stability: (stable|experimental)\.", header.read_text(), re.M)
+    check(len(marks) == 1, f"{header.name} does not say once whether it is stable or experimental")
+    check(marks == ["stable"] or header.parent != prefix / "include/pbm", f"the door {header.name} is not stable")
 highway = [str(file) for file in prefix.rglob("*.h") if "hwy/" in file.read_text()]
 check(not highway, f"installed headers need Highway: {highway}")
 

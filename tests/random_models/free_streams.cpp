@@ -100,9 +100,9 @@ StreamEntry append_any(const Bytes &raw, Filter filter, const std::optional<std:
 } // namespace
 
 StreamEntry append_freely(const StreamContext &context, ByteView masks, const PointView &points,
-                          const ParentNodes &parents, Random &random, Bytes &out) {
+                          const ChunkNodes &nodes, Random &random, Bytes &out) {
     const Filter filter = filter_of(context.stream, context.set);
-    auto planes = filter_stream(context, masks, points, parents);
+    auto planes = filter_stream(context, masks, points, nodes);
     if (planes)
         vary_planes(filter, *planes, random);
     return append_any(raw_stream(context, masks, points), filter, planes, random, out);

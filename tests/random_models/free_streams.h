@@ -10,7 +10,7 @@ namespace pbm::test {
 
 // Appends one stream, raw, as a frame or filtered.
 StreamEntry append_freely(const StreamContext &context, ByteView masks, const PointView &points,
-                          const ParentNodes &parents, Random &random, Bytes &out);
+                          const ChunkNodes &nodes, Random &random, Bytes &out);
 
 // The same of a field's values in a chunk, whose nodes have the values `parents`.
 StreamEntry append_field_freely(const Field &field, ByteView masks, ByteView points, ByteView parents, Random &random,

@@ -150,8 +150,7 @@ class FreeWriter {
 
     // Returns the chunk's raw bytes.
     std::uint64_t add_packed_chunk(std::size_t level, ChunkEntry &entry, Bytes &out) {
-        const ParentNodes parents =
-            parent_nodes(entry, level_at(level - 1).masks, 0, level_at(level - 1).points, 0, set_);
+        const ChunkNodes nodes = chunk_nodes(entry, level_at(level - 1).masks, 0, level_at(level - 1).points, 0, set_);
         const ByteView masks = ByteView(level_at(level).masks).subspan(entry.first_node, entry.shape.nodes);
         const PointView points = view_points(level_at(level).points, entry.first_point, entry.shape.points, set_);
         const bool finest = level + 1 == model_.levels.size();
@@ -161,7 +160,7 @@ class FreeWriter {
         for (const StreamInfo &stream : streams_of(set_)) {
             const StreamContext context{
                 .set = set_, .stream = stream, .level = static_cast<int>(level), .finest = finest};
-            entry.streams.push_back(append_freely(context, masks, points, parents, random_, out));
+            entry.streams.push_back(append_freely(context, masks, points, nodes, random_, out));
             raw_bytes += raw_stream_bytes(stream, set_, context.level, entry.shape.nodes, entry.shape.points);
         }
         entry.hash = hash64(ByteView(out).subspan(start));

@@ -76,7 +76,7 @@ def examples(text):
         "6.1.5": f"Index 0 has {INTEGER_NORMALS[0]}, index 0x155 has {INTEGER_NORMALS[0x155]}.",
         "6.2.1": f"Index 203 is {RADII[203]:,}, index 255 is 2^{RADII[255].bit_length() - 1}.",
         "8.4.1": f"The first {-(-front // 8192) * 8192:,} bytes hold header, table and all small sections",
-        "13": f"would read {int.from_bytes(MAGIC[:4], 'little'):,} from ours"}
+        "13": f"would read {int.from_bytes(MAGIC[:4], 'little'):,} from the magic number"}
     flowing = " ".join(text.split())
     return [f"the example of {place} is not as the decoder has it: {result}" for place, result in results.items()
             if result not in flowing]

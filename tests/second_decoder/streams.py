@@ -120,13 +120,13 @@ def unfilter_normals(planes, parents):
 
 def unfilter_colours(form, planes, parents):
     """5.8.5, 5.8.6: colours as triples of the format's own bits."""
-    wheel, green_wheel = (32, 64) if form == 1 else (256, 256)
+    modulus, green_modulus = (32, 64) if form == 1 else (256, 256)
     greens = planes.take(len(parents))
     out = []
     for (r, g, b), code, (red, blue, _) in zip(parents, greens, planes.pairs(len(parents))):
         step = unfold(code)
         h = int(step / 2) if form == 1 else step
-        out.append(((r + h + unfold(red)) % wheel, (g + step) % green_wheel, (b + h + unfold(blue)) % wheel))
+        out.append(((r + h + unfold(red)) % modulus, (g + step) % green_modulus, (b + h + unfold(blue)) % modulus))
     return out
 
 @functools.lru_cache(maxsize=None)

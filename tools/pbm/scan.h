@@ -38,6 +38,9 @@
 //
 // Readers believe no count of a file before they have compared it with the bytes that are there: a damaged or cut file
 // is an error, never a smaller surface. Errors are values, as in pbm/format.h. Functions throw at most std::bad_alloc.
+//
+// Stability: stable. What a header marked so declares keeps compiling until the next major version. What one marked
+// experimental declares may change with a minor version. docs/reference/versions.md
 #pragma once
 
 #include "pbm_scan/surface/surface.h"

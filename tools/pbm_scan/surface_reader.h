@@ -1,4 +1,5 @@
 // Reads a scan from a file of any known format (formats.h).
+// Stability: stable.
 #pragma once
 
 #include "pbm_scan/surface/surface.h"
@@ -28,8 +29,7 @@ Result<Surface> read_surface(const std::string &path, const ReadOptions &options
 // Reads a file in memory. Uses only the extension of `path`.
 Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_view path, const ReadOptions &options);
 
-// Finds a value for ReadOptions::format by its name: "ply", "gltf", "obj", "off", "stl", "e57", "ptx", "las", "spz",
-// "pcd" or "xyz". Null: another name.
+// Finds a value for ReadOptions::format by the name of a format, like "ply" (formats.cpp). Null: no such name.
 const ScanFormat *find_format(std::string_view name);
 
 // Further files that reading `path` opens: those that the scan names and that exist.

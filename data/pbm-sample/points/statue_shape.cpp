@@ -8,15 +8,15 @@ namespace {
 
 Float4 dot(const Lanes3 &a, const Lanes3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-// A place and its direction as functions of the place's coordinates.
-struct Place {
+// A point and its direction, with their derivatives by the point's coordinates.
+struct JetPoint {
     Jet3 x, y, z;
     Jet3 dx, dy, dz; // direction
 };
 
-Place with_slopes(const CapsulePlace &place) {
+JetPoint with_slopes(const CapsulePlace &place) {
     const Lanes3 at = place.position();
-    Place p{coordinate<3>(at.x, 0), coordinate<3>(at.y, 1), coordinate<3>(at.z, 2), {}, {}, {}};
+    JetPoint p{coordinate<3>(at.x, 0), coordinate<3>(at.y, 1), coordinate<3>(at.z, 2), {}, {}, {}};
     p.dx = {place.direction.x, {all(1 / kCapsule), all(0), all(0)}};
     p.dy = {place.direction.y, {}};
     const Int4 on_side = (Int4)(place.direction.y == 0.0f);
@@ -25,7 +25,7 @@ Place with_slopes(const CapsulePlace &place) {
     return p;
 }
 
-Jet3 noise_at(const Place &p, float x, float y, float z, std::uint32_t seed) {
+Jet3 noise_at(const JetPoint &p, float x, float y, float z, std::uint32_t seed) {
     Jet3 n = gradient_noise(p.x.value * x, p.y.value * y, p.z.value * z, seed);
     n.slope[0] *= x;
     n.slope[1] *= y;
@@ -40,7 +40,7 @@ struct Swelling {
     float height;
 };
 
-Jet3 swelling(const Place &p, const Swelling &s) {
+Jet3 swelling(const JetPoint &p, const Swelling &s) {
     const Jet3 inside = 1.0f - (square((p.x + -s.x) * (1 / s.rx)) + square((p.y + -s.y) * (1 / s.ry)) +
                                 square((p.z + -s.z) * (1 / s.rz)));
     const Float4 a = larger(inside.value, all(0));
@@ -66,14 +66,14 @@ constexpr Swelling kBody[] = {{0.20f, 0.24f, 0.01f, 0.13f, 0.26f, 0.13f, 0.050f}
                               {-0.078f, 0.29f, 0.185f, 0.085f, 0.080f, 0.10f, 0.026f}};
 
 // A block with rounded edges, seen from its centre: |x|^8 + |y|^8 + |z|^8 = 1.
-Jet3 plinth(const Place &p) {
+Jet3 plinth(const JetPoint &p) {
     const Jet3 sum = square(square(square(p.dx * (1 / 0.27f)))) + square(square(square(p.dy * (1 / 0.10f)))) +
                      square(square(square(p.dz * (1 / 0.27f))));
     return inverse(square_root(square_root(square_root(sum))));
 }
 
 // Ellipses upon each other, and half an ellipsoid on top.
-Jet3 figure(const Place &p) {
+Jet3 figure(const JetPoint &p) {
     const Jet3 &y = p.y;
     const Jet3 mean = smooth_step(-0.70f, -0.15f, y) * -0.050f + smooth_step(-0.20f, 0.10f, y) * -0.040f +
                       smooth_step(0.10f, 0.30f, y) * 0.030f + smooth_step(0.385f, 0.50f, y) * -0.100f +
@@ -89,7 +89,7 @@ Jet3 figure(const Place &p) {
 Float4 hollow(const Jet3 &height, float deepest) { return clamp01(height.value * (-1 / deepest)); }
 
 // Folds of the robe, long below the belt and slanting above it.
-Jet3 folds(const Place &p, std::uint32_t seed, Float4 &cavity) {
+Jet3 folds(const JetPoint &p, std::uint32_t seed, Float4 &cavity) {
     Jet3 sum = constant<3>(all(0));
     if (any((Int4)(p.y.value < 0.095f))) {
         const Jet3 where = smooth_step(-0.715f, -0.60f, p.y) * (1.0f - smooth_step(-0.05f, 0.09f, p.y));
@@ -107,7 +107,7 @@ Jet3 folds(const Place &p, std::uint32_t seed, Float4 &cavity) {
 }
 
 // Waves of hair on the skull, except for the face and the neck.
-Jet3 hair(const Place &p, std::uint32_t seed, Float4 &cavity) {
+Jet3 hair(const JetPoint &p, std::uint32_t seed, Float4 &cavity) {
     const Jet3 face = smooth_step(0.30f, 0.48f, p.dz) * (1.0f - smooth_step(0.42f, 0.58f, p.dy));
     const Jet3 where = smooth_step(0.595f, 0.635f, p.y) * (1.0f - face);
     const Jet3 wave = rounded_abs(noise_at(p, 24.0f, 42.0f, 24.0f, seed + 3), 0.04f) * 3.0f + -0.7f;
@@ -137,7 +137,7 @@ CapsulePlace capsule_place(const Lanes3 &point) {
 }
 
 StatueRadius statue_radius(const CapsulePlace &place, std::uint32_t seed) {
-    const Place p = with_slopes(place);
+    const JetPoint p = with_slopes(place);
     StatueRadius out{constant<3>(all(0)), all(0)};
     Jet3 body = constant<3>(all(0));
     if (any((Int4)(p.y.value > -0.74f))) {

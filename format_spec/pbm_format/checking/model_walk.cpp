@@ -213,9 +213,9 @@ Status ModelWalk::decode(const ChunkEntry &entry, const Walked &above, int level
         return load_mapped(entry, rules, to);
     const Chunk &parents = above.data.chunk;
     return decode_chunk(entry, file_.stored(chunk_range(entry)), rules,
-                        parent_nodes(entry, parents.masks, above.entry == nullptr ? 0 : above.entry->first_node,
-                                     parents.points, above.entry == nullptr ? 0 : above.entry->first_point,
-                                     context_.set),
+                        chunk_nodes(entry, parents.masks, above.entry == nullptr ? 0 : above.entry->first_node,
+                                    parents.points, above.entry == nullptr ? 0 : above.entry->first_point,
+                                    context_.set),
                         to);
 }
 

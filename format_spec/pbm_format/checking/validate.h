@@ -3,6 +3,7 @@
 //
 //   if (const Status status = verify(bytes); !status) ...    for writers and tests
 //   const ValidationReport report = validate(bytes);         what pbm-validate prints
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/law/catalogue.h"

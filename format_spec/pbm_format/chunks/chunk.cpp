@@ -15,11 +15,11 @@
 
 namespace pbm {
 
-ParentNodes parent_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t first_mask,
-                         const PointAttributes &points, std::uint64_t first_point, const AttributeSet &set) {
+ChunkNodes chunk_nodes(const ChunkEntry &entry, ByteView masks, std::uint64_t first_mask, const PointAttributes &points,
+                       std::uint64_t first_point, const AttributeSet &set) {
     assert(entry.first_node >= first_point && entry.first_parent >= first_mask);
-    return {.masks = slice(masks, entry.first_parent - first_mask, entry.shape.parents),
-            .nodes =
+    return {.parent_masks = slice(masks, entry.first_parent - first_mask, entry.shape.parents),
+            .attributes =
                 view_points(points, static_cast<std::size_t>(entry.first_node - first_point), entry.shape.nodes, set)};
 }
 
@@ -27,8 +27,8 @@ namespace {
 
 class Decoder {
   public:
-    Decoder(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ParentNodes &parents, Chunk &to)
-        : entry_(entry), stored_(stored), rules_(rules), parents_(parents), to_(to), scratch_(scratch()) {}
+    Decoder(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ChunkNodes &nodes, Chunk &to)
+        : entry_(entry), stored_(stored), rules_(rules), nodes_(nodes), to_(to), scratch_(scratch()) {}
 
     Status run() {
         to_.masks.resize(entry_.shape.nodes);
@@ -123,7 +123,8 @@ class Decoder {
         ByteView codes;
         if (Status status = read_plane(planes, 0, entry_.shape.nodes, codes); !status)
             return status;
-        unrank_masks(codes, {.parent_masks = parents_.masks, .node_normals = parents_.nodes.normals}, to_.masks);
+        unrank_masks(codes, {.parent_masks = nodes_.parent_masks, .node_normals = nodes_.attributes.normals},
+                     to_.masks);
         return {};
     }
 
@@ -135,7 +136,7 @@ class Decoder {
             return status;
         const OutsideCone *outside = outside_cone();
         const UnfilteredNormals normals =
-            unfilter_normals(scratch_, parents_.nodes.normals, codes, escapes, to_.points.normals, outside);
+            unfilter_normals(scratch_, nodes_.attributes.normals, codes, escapes, to_.points.normals, outside);
         if (!normals.valid)
             return broken(rules_.wording, "5.8.3", offset_, "an escape lies outside the map of normals");
         cone_is_verified_ = outside != nullptr && !normals.outside;
@@ -159,7 +160,7 @@ class Decoder {
         if (Status status = read_escapes(planes, 2, red_blue, escapes); !status)
             return status;
         const auto unfilter = filter == Filter::colour565 ? unfilter_colours_565 : unfilter_colours_888;
-        unfilter(scratch_, parents_.nodes.colours, green, red_blue, escapes, to_.points.colours);
+        unfilter(scratch_, nodes_.attributes.colours, green, red_blue, escapes, to_.points.colours);
         return {};
     }
 
@@ -171,7 +172,7 @@ class Decoder {
         const std::size_t size = filter == Filter::radius ? entry_.shape.points : scratch_.layout.codes();
         if (Status status = read_plane(planes, 0, size, codes); !status)
             return status;
-        const ByteView nodes = parents_.nodes.values(stream);
+        const ByteView nodes = nodes_.attributes.values(stream);
         Bytes &points = to_.points.values(stream);
         if (filter == Filter::radius)
             unfilter_radii(scratch_, nodes, radius_predictions(rules_.level, rules_.finest), codes, points);
@@ -195,7 +196,7 @@ class Decoder {
         values.resize(std::max(values.size(), std::size_t{entry_.shape.points}));
         const std::span<std::uint8_t> points = std::span(values).first(entry_.shape.points);
         const unsigned here = bits(stream, rules_.level);
-        unfilter_shadows(scratch_, parents_.nodes.values(stream),
+        unfilter_shadows(scratch_, nodes_.attributes.values(stream),
                          shadow_predictions(bits(stream, rules_.level - 1), here), here, codes, points);
         if (to_.packs_shadows)
             to_.packed_shadows[stream.light] = pack_bits(points, here);
@@ -224,7 +225,7 @@ class Decoder {
     const ChunkEntry &entry_;
     ByteView stored_;
     const ChunkRules &rules_;
-    const ParentNodes &parents_;
+    const ChunkNodes &nodes_;
     Chunk &to_;
     UnfilterScratch &scratch_;
     std::size_t at_ = 0;
@@ -234,13 +235,13 @@ class Decoder {
 
 } // namespace
 
-Status decode_chunk(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ParentNodes &parents,
+Status decode_chunk(const ChunkEntry &entry, ByteView stored, const ChunkRules &rules, const ChunkNodes &nodes,
                     Chunk &to) {
     assert(stored.size() == entry.stored_bytes);
     if (const std::uint64_t hash = hash64(stored); hash != entry.hash)
         return broken(rules.wording, "5.6.4", entry.offset, "the chunk was changed: its hash does not match",
                       hash_value(entry.hash), hash_value(hash));
-    return Decoder(entry, stored, rules, parents, to).run();
+    return Decoder(entry, stored, rules, nodes, to).run();
 }
 
 void place_chunk(const Chunk &chunk, const ChunkEntry &entry, const AttributeSet &set, Level &level) {

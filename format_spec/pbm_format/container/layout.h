@@ -10,6 +10,7 @@
 //          directories of fields, level by level, then their values
 //
 // Only mapped files have bricks.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/model.h"

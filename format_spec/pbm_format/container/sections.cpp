@@ -77,8 +77,7 @@ Result<AttributeSet> decode_attributes(ByteView bytes, int depth) {
                           "1.." + std::to_string(kStreams.size() - 1), kind);
         const auto stream = StreamKind{kind};
         const bool shadow = stream == StreamKind::shadow;
-        // Shadow streams are the last kind: no greater kind can precede them.
-        if (shadow ? light != set.lights || light >= kMaxLights : previous >= row || light != 0)
+        if (previous > row || (shadow ? light != set.lights || light >= kMaxLights : previous == row || light != 0))
             return broken("3.5.3", at, "attributes are not in order, or one is there twice",
                           shadow ? "light " + std::to_string(set.lights)
                                  : "after " + std::to_string(static_cast<int>(previous->kind)),

@@ -2,6 +2,7 @@
 // BVG.md 9; `pbm-validate --list-codes` prints it.
 //
 // A code stands for rules of BVG.md; each rule belongs to one code. Codes are added, but never renamed or redefined.
+// Stability: stable.
 #pragma once
 
 #include "system/error.h"

@@ -1,4 +1,5 @@
 // A voxel grid model in memory: the writer's input, and the result of `load_model`.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/octree.h"
@@ -53,7 +54,7 @@ struct Grid {
 // Phong coefficients (dissertation section 4.6). BVG.md 3.6.
 struct Material {
     float ka = 0.2F, kd = 0.7F, ks = 0.1F; // each 0..1
-    float power = 16;                      // specular exponent, 0 < power <= 1024
+    float power = 16;                      // specular exponent, 1e-6..1024
     Rgb8 colour{204, 204, 204};            // sRGB, for points without a colour
     float environment = 0;                 // environment blending factor, 0..1
     bool operator==(const Material &) const = default;
@@ -67,7 +68,7 @@ struct Light {
     std::array<float, 3> intensity{1, 1, 1};  // linear RGB, >= 0
     std::array<float, 3> position{};          // model units from the grid's minimum corner; point and spot lights
     std::array<float, 3> direction{0, 0, -1}; // unit length; directional and spot lights
-    float exponent = 0;                       // spot lights: intensity times cos^exponent
+    float exponent = 0;                       // spot lights: intensity times cos^exponent; 0..1024
     bool operator==(const Light &) const = default;
 };
 

@@ -6,6 +6,7 @@
 //                  [9..0]   five base-4 digits, coarse to fine: 0 the middle triangle, 1 / 2 / 3 the one at the
 //                           x / y / z corner
 // Triangles are split at the planar midpoints of their edges; a normal is the direction of its triangle's centroid.
+// Stability: stable.
 #pragma once
 
 #include <array>

@@ -7,6 +7,7 @@
 //
 // Bit i of a mask: child i exists; i = x + 2 y + 4 z of the child's half. Nodes of every level are in Morton order, so
 // a depth-first walk needs only one cursor per level.
+// Stability: stable.
 #pragma once
 
 #include "system/bytes.h"
@@ -80,7 +81,7 @@ std::uint64_t count_children(ByteView masks);
 
 // Starts of the subtrees below the nodes of level `root_level`: result[L][i] is the index, among the nodes of level L
 // >= root_level, of the first descendant of node i; result[L] ends with the number of nodes of level L. Entries of
-// levels above `root_level` are empty. Level 1 gives the eight octant grids.
+// levels coarser than `root_level` are empty. Level 1 gives the eight octant grids.
 std::vector<std::vector<std::uint64_t>> subtree_starts(const LevelMasks &masks, int root_level);
 
 // One chunk of a level: a maximal subtree with at most N points of that level. BVG.md 5.

@@ -1,5 +1,6 @@
 // Point values: colours as sRGB of 16 or 24 bits, with conversion to linear light for averages; splat radii as indices
 // of a table with twelve steps per doubling. BVG.md 6.2 and 6.3
+// Stability: stable.
 #pragma once
 
 #include "system/bytes.h"

@@ -1,8 +1,22 @@
 // THE TABLE OF STREAMS: the attributes of a point besides its position, one stream each, described once. Code that
 // treats all streams alike (filters, averages, hashes, copies, counts, texts) loops over it. BVG.md 6
 //
-// A new attribute needs a StreamKind, a flag of AttributeSet, a column of PointColumns and a row of kStreams;
-// docs/how-to/add-an-attribute.md shows one from scan to picture.
+// A new attribute of points, step by step. docs/how-to/add-an-attribute.md shows the code of each step.
+//
+//   1 this file                a StreamKind, a flag of AttributeSet, a column of PointColumns and its case in `column`,
+//                              a row of kStreams, a byte of RootRecord
+//   2 pbm_format/container/    that byte of the header: layout.cpp reads it, section_encoder.cpp writes it
+//     pbm_format/chunks/       stream_rules.cpp, check_values: only if some bytes are no value
+//   3 pbm_scan/surface/        surface.h: an array of vertices, and a row of kByteAttributes with its PLY property
+//   4 pbm_build/voxels/        sample.h, sample_points.cpp, voxel_sums.h: from vertices to samples to the voxel
+//     pbm_build/upsampling/    upsample.cpp: the value of made points
+//     pbm_build/mesh_repair/   fill_holes.cpp: the value of made vertices
+//     pbm_build/pipeline.cpp   choose_attributes sets the flag
+//   5 pbm_render/appearance/   appearance.cpp: what the value looks like
+//   6 bindings/                pbm.h, c/model.cpp and c/points.cpp; python/pbm/model.py and _library.py; web/module/
+//   7 the format               BVG.md, tests/second_decoder/, format_spec/vectors/, in the same commit
+//   8 tests                    unit/support/test_models.h, random_models/random_model.cpp, unit/format/filters_test.cpp
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/normal.h"
@@ -190,10 +204,10 @@ PointView view_points(const PointAttributes &points, std::size_t first, std::siz
 std::span<std::uint8_t> bytes_of(PointAttributes &points, const StreamInfo &stream);
 ByteView bytes_of(const PointView &points, const StreamInfo &stream);
 
-// Nodes of level L - 1 below a chunk's root: the parents of the chunk's points.
-struct ParentNodes {
-    ByteView masks;  // of level L - 1: one per node of level L - 2, the parents of these nodes; empty for L = 1
-    PointView nodes; // one per mask of the chunk
+// The nodes of a chunk of level L, and the masks of the chunk's parents. BVG.md 5.3 and 5.5.13
+struct ChunkNodes {
+    ByteView parent_masks; // [parents] of level L - 1, one per node of level L - 2; empty for L = 1
+    PointView attributes;  // [nodes] of level L - 1, one per mask of the chunk: the parents of its points
 };
 
 // A stream and its place in the file.

@@ -6,6 +6,7 @@
 //
 // Tiles of a source that is not whole may not be there yet: they are asked for, and looked for again when they are next
 // needed.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/model.h"

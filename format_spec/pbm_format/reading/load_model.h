@@ -1,4 +1,5 @@
 // Whole models in memory, for tools and tests. Viewers read chunk by chunk instead (pbm_render/detail).
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/reading/reader.h"

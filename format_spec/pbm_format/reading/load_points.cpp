@@ -39,11 +39,10 @@ Status for_chunks(const Reader &reader, const LevelDirectory &directory, const L
         const Result<HeldBytes> stored = reader.source().require(chunk_range(entry));
         if (!stored)
             return stored.error();
-        const ParentNodes parents =
-            parent_nodes(entry, above.masks, 0, above.points, 0, reader.parameters().attributes);
+        const ChunkNodes nodes = chunk_nodes(entry, above.masks, 0, above.points, 0, reader.parameters().attributes);
         ChunkRules rules = reader.chunk_rules(directory.level);
         rules.left_out = left_out;
-        return decode_chunk(entry, stored->bytes, rules, parents, to);
+        return decode_chunk(entry, stored->bytes, rules, nodes, to);
     };
     std::vector<std::optional<Error>> failures(directory.chunks.size());
     std::atomic<bool> failed{false};

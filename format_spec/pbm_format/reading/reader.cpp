@@ -233,9 +233,9 @@ Status Reader::load_chunk(int level, std::size_t index, const ChunkBytes &bytes,
         first_mask = above.first_node;
         first_point = above.first_point;
     }
-    const ParentNodes parents =
-        parent_nodes(entry, parent.masks, first_mask, parent.points, first_point, parameters_.attributes);
-    return decode_chunk(entry, bytes.streams.bytes, chunk_rules(level), parents, to);
+    const ChunkNodes nodes =
+        chunk_nodes(entry, parent.masks, first_mask, parent.points, first_point, parameters_.attributes);
+    return decode_chunk(entry, bytes.streams.bytes, chunk_rules(level), nodes, to);
 } catch (const std::bad_alloc &) {
     return out_of_memory();
 }

@@ -16,6 +16,7 @@
 //
 // Each verifies what it hands out. Whether the whole file is valid is asked of `verify` in checking/validate.h.
 // A model as a whole: load_model.h.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/chunks/chunk.h"

@@ -310,10 +310,10 @@ void unfilter_shadows(UnfilterScratch &scratch, ByteView parents, const std::arr
     Bytes &nodes = scratch.nodes[0];
     for (std::size_t node = 0; node < parents.size(); ++node)
         nodes[node] = predictions[parents[node]];
-    const Lanes wheel = set(static_cast<std::uint8_t>((1U << bits) - 1));
+    const Lanes value_bits = set(static_cast<std::uint8_t>((1U << bits) - 1));
     for (Strides stride(scratch.layout); !stride.done(); stride.next()) {
         const Lanes code = load(codes.data() + stride.at());
-        store((stride.of_parents(nodes) + code) & wheel, stride, points.data());
+        store((stride.of_parents(nodes) + code) & value_bits, stride, points.data());
     }
 }
 

@@ -50,9 +50,9 @@ StreamEntry append_smaller(ByteView raw, const std::optional<std::vector<Bytes>>
 }
 
 StreamEntry append_stream(const StreamContext &context, ByteView masks, const PointView &points,
-                          const ParentNodes &parents, const ChunkCoding &coding, Bytes &out) {
+                          const ChunkNodes &nodes, const ChunkCoding &coding, Bytes &out) {
     return append_smaller(raw_stream(context, masks, points),
-                          coding.filters ? filter_stream(context, masks, points, parents) : std::nullopt,
+                          coding.filters ? filter_stream(context, masks, points, nodes) : std::nullopt,
                           filter_of(context.stream, context.set), coding, out);
 }
 
@@ -72,7 +72,7 @@ void encode_chunk(const Model &model, int level, const ChunkCoding &coding, Chun
     const AttributeSet &set = model.parameters.attributes;
     const Level &here = model.levels[static_cast<std::size_t>(level)];
     const Level &above = model.levels[static_cast<std::size_t>(level) - 1];
-    const ParentNodes parents = parent_nodes(entry, above.masks, 0, above.points, 0, set);
+    const ChunkNodes nodes = chunk_nodes(entry, above.masks, 0, above.points, 0, set);
     const ByteView masks = ByteView(here.masks).subspan(entry.first_node, entry.shape.nodes);
     const PointView points = view_points(here.points, entry.first_point, entry.shape.points, set);
     const bool finest = static_cast<std::size_t>(level) + 1 == model.levels.size();
@@ -83,7 +83,7 @@ void encode_chunk(const Model &model, int level, const ChunkCoding &coding, Chun
         const StreamContext context{.set = set, .stream = stream, .level = level, .finest = finest};
         entry.streams.push_back(coding.storage == Storage::mapped
                                     ? append_aligned(context, masks, points, start, out)
-                                    : append_stream(context, masks, points, parents, coding, out));
+                                    : append_stream(context, masks, points, nodes, coding, out));
     }
     entry.stored_bytes = out.size() - start;
     entry.hash = hash64(ByteView(out).subspan(start));

@@ -4,6 +4,7 @@
 //   ModelEdit edit(reader);
 //   edit.parameters.lights[0].intensity = {2, 2, 2};
 //   const Status saved = edit_model("lion.pbvg", edit);
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/model.h"

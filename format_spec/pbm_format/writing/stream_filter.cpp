@@ -149,7 +149,7 @@ template <class Visit> void for_children(ByteView masks, Visit &&visit) {
 } // namespace
 
 std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, ByteView masks, const PointView &points,
-                                                const ParentNodes &parents) {
+                                                const ChunkNodes &nodes) {
     const Filter filter = filter_of(context.stream, context.set);
     std::vector<Bytes> planes(plane_count(filter));
     bool possible = true;
@@ -160,22 +160,26 @@ std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, By
     case Filter::field16: return std::nullopt;
     case Filter::mask_rank:
         planes[0].resize(masks.size());
-        rank_masks(masks, {.parent_masks = parents.masks, .node_normals = parents.nodes.normals}, planes[0]);
+        rank_masks(masks, {.parent_masks = nodes.parent_masks, .node_normals = nodes.attributes.normals}, planes[0]);
         break;
-    case Filter::normal: possible = filter_normals(masks, points.normals, parents.nodes.normals, planes); break;
-    case Filter::colour565: possible = filter_colours_565(masks, values(points), values(parents.nodes), planes); break;
-    case Filter::colour888: possible = filter_colours_888(masks, values(points), values(parents.nodes), planes); break;
+    case Filter::normal: possible = filter_normals(masks, points.normals, nodes.attributes.normals, planes); break;
+    case Filter::colour565:
+        possible = filter_colours_565(masks, values(points), values(nodes.attributes), planes);
+        break;
+    case Filter::colour888:
+        possible = filter_colours_888(masks, values(points), values(nodes.attributes), planes);
+        break;
     case Filter::material:
-        possible = filter_bytes(masks, values(points), values(parents.nodes), planes,
+        possible = filter_bytes(masks, values(points), values(nodes.attributes), planes,
                                 [](unsigned to, unsigned from) { return to ^ from; });
         break;
     case Filter::texture:
-        possible = filter_bytes(masks, values(points), values(parents.nodes), planes,
+        possible = filter_bytes(masks, values(points), values(nodes.attributes), planes,
                                 [](int to, int from) { return zigzag(to - from, 8); });
         break;
     case Filter::radius: {
         planes[0].resize(values(points).size());
-        for_children(masks, [from = values(parents.nodes).data(), radii = values(points).data(),
+        for_children(masks, [from = values(nodes.attributes).data(), radii = values(points).data(),
                              prediction = radius_predictions(context.level, context.finest).data(),
                              to = planes[0].data()](std::size_t node, std::size_t point) {
             to[point] = static_cast<std::uint8_t>(prediction[from[node]] - radii[point]);
@@ -188,7 +192,7 @@ std::optional<std::vector<Bytes>> filter_stream(const StreamContext &context, By
             shadow_predictions(bits_per_point(context.stream, context.set, context.level - 1), here);
         Bytes codes;
         for_children(
-            masks, [&, to = values(points), from = values(parents.nodes)](std::size_t node, std::size_t point) {
+            masks, [&, to = values(points), from = values(nodes.attributes)](std::size_t node, std::size_t point) {
                 codes.push_back(static_cast<std::uint8_t>((to[point] - predictions[from[node]]) & ((1 << here) - 1)));
             });
         planes[0] = pack_bits(codes, here);

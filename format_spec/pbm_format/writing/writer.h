@@ -1,4 +1,5 @@
 // Encodes and writes .pbvg files. BVG.md 2 to 8
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/container/layout.h"

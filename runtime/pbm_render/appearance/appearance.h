@@ -1,5 +1,6 @@
 // The appearance of a model: materials, lights and palettes, which a program may edit without changing points or
 // texels. Also the options that all renderers share; options of one renderer are in its own header.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/model.h"

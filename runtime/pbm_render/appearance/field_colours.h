@@ -1,4 +1,5 @@
 // Colours of points by one of the file's fields: a colour map takes the place of the solid texture's palette. BVG.md 17
+// Stability: experimental.
 #pragma once
 
 #include "pbm_format/model/model.h"

@@ -1,5 +1,6 @@
 // A run of points of one chunk. The runs of a picture, each at the detail level that its distance needs, show every
 // place of the model once: a run leaves out what finer chunks show.
+// Stability: experimental.
 #pragma once
 
 #include "pbm_format/chunks/chunk.h"

@@ -1,4 +1,5 @@
 // The camera. Model space is right-handed; angles are radians.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/model.h"

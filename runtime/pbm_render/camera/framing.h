@@ -1,5 +1,6 @@
 // The extent of a model, estimated from its coarse voxels without outlying specks, and cameras that show all of it: the
 // default camera of every program, and cameras of other directions.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/model.h"

@@ -1,4 +1,5 @@
 // A view that asks for a picture, and a chunk that the picture lacks.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/octree.h"

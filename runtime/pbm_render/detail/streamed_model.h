@@ -20,6 +20,7 @@
 //   ChunkLoader      assembles a resident chunk from the file
 //   ChunkCache       holds the resident chunks and evicts those that no view needs
 //   ChunkScheduler   decides which thread loads which chunk when
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/reading/reader.h"

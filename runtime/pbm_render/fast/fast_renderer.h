@@ -2,6 +2,7 @@
 // in the cache; it shades visible pixels only. Its pictures show what those of the reference renderer show.
 // Based on: Rusinkiewicz, Levoy. QSplat. 2000 (level by projected size, normal cones); Zwicker, Pfister, van Baar,
 // Gross. EWA Splatting. 2002 (shape of a splat, see splat.h)
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/model.h"

@@ -12,6 +12,7 @@
 //   shading      computes Phong reflection and mirrored light once per pixel, with the blended normal
 //
 // The result is the mean of the samples in linear light, alpha included.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/model.h"

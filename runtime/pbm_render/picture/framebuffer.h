@@ -1,4 +1,5 @@
 // The picture being drawn: colours and z-buffer.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/point_values.h"

@@ -2,6 +2,7 @@
 // oracle of the faster renderers and the baseline of all speed figures.
 // Based on: Botsch, Wiratanaya, Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002, section 4;
 // dissertation sections 4.4 and 5.8
+// Stability: experimental.
 #pragma once
 
 #include "pbm_format/model/model.h"

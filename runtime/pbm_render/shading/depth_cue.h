@@ -1,6 +1,7 @@
 // Shows the shape of scans without colours. Screen-space shading: darkens pixels that lie deeper than their neighbours.
 // Based on: Boucheny. Interactive Scientific Visualization of Large Datasets. 2009 (eye-dome lighting); McGuire, Osman,
 // Bukowski, Hennessy. The Alchemy Screen-Space Ambient Obscurance Algorithm. 2011
+// Stability: experimental.
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"

@@ -1,5 +1,6 @@
 // What a renderer asks of the surroundings. It needs no more of them than this, so that a program that draws the object
 // alone links none of what samples ground plane and panorama.
+// Stability: experimental.
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"

@@ -11,6 +11,7 @@
 // panorama as its material asks.
 // Based on: dissertation sections 4.5 and 4.6; Williams. Pyramidal parametrics. 1983 (mip levels); Igehy. Tracing ray
 // differentials. 1999 (footprints)
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/rasters/tiled_image.h"

@@ -120,7 +120,7 @@ Status decode_damaged(Filter filter, const std::function<void(Bytes &)> &damage)
                 const Level &above = model.levels[static_cast<std::size_t>(level) - 1];
                 Chunk chunk;
                 return decode_chunk(entry, stored, reader.chunk_rules(level),
-                                    parent_nodes(entry, above.masks, 0, above.points, 0, model.parameters.attributes),
+                                    chunk_nodes(entry, above.masks, 0, above.points, 0, model.parameters.attributes),
                                     chunk);
             }
     }
@@ -379,7 +379,7 @@ void refuse_broken_frames(const Bytes &file) {
                     Chunk chunk;
                     const Status status = decode_chunk(
                         entry, stored, reader.chunk_rules(level),
-                        parent_nodes(entry, above.masks, 0, above.points, 0, model.parameters.attributes), chunk);
+                        chunk_nodes(entry, above.masks, 0, above.points, 0, model.parameters.attributes), chunk);
                     EXPECT_FALSE(status) << "level " << level;
                     EXPECT_TRUE(status || status.error().offset == entry.offset + start) << "level " << level;
                     EXPECT_TRUE(status || status.error().rule == "5.6.1") << status.error().message;

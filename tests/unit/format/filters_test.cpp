@@ -149,9 +149,10 @@ PointAttributes unfilter(const Family &family, const std::function<std::vector<B
 std::vector<Bytes> filtered(const Family &family, StreamInfo stream) {
     const PointView points = view_points(family.points, 0, family.points.size(), family.set);
     const Bytes root{1};
-    const ParentNodes parents{.masks = root, .nodes = view_points(family.parents, 0, family.masks.size(), family.set)};
+    const ChunkNodes nodes{.parent_masks = root,
+                           .attributes = view_points(family.parents, 0, family.masks.size(), family.set)};
     return filter_stream({.set = family.set, .stream = stream, .level = family.level, .finest = false}, family.masks,
-                         points, parents)
+                         points, nodes)
         .value();
 }
 
@@ -184,10 +185,10 @@ TEST(Filters, AnOnlyChildThatIsNotItsParentCannotBeFiltered) {
     const auto possible = [&](StreamKind kind, const std::function<void(PointAttributes &)> &edit) {
         Family family = good;
         edit(family.points);
-        const ParentNodes parents{.masks = {},
-                                  .nodes = view_points(family.parents, 0, family.masks.size(), family.set)};
+        const ChunkNodes nodes{.parent_masks = {},
+                               .attributes = view_points(family.parents, 0, family.masks.size(), family.set)};
         return filter_stream({.set = family.set, .stream = {kind, 0}, .level = 3, .finest = false}, family.masks,
-                             view_points(family.points, 0, family.points.size(), family.set), parents)
+                             view_points(family.points, 0, family.points.size(), family.set), nodes)
             .has_value();
     };
     const auto nothing = [](PointAttributes &) {};

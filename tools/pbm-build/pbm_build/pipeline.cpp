@@ -17,7 +17,9 @@ namespace {
 
 constexpr std::uint64_t kMaxMadeBytes = std::uint64_t{4} << 30; // of made points
 
-Error all_transparent() { return bad_input("the images are transparent everywhere: there is nothing to build"); }
+Error transparent_images_error() {
+    return bad_input("the images are transparent everywhere: there is nothing to build");
+}
 
 // Refuses early, from a lower bound, a depth at which sample_points would exceed its limit.
 Status check_hit_count(const Surface &surface, const Bounds &bounds, const Grid &grid, const BuildOptions &options) {
@@ -111,7 +113,7 @@ Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const
             return voxels;
         }
         if (voxels.codes.empty())
-            return all_transparent();
+            return transparent_images_error();
         if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points) {
             if (!options.grid.max_points && grid.depth < first_depth)
                 run.statistics.report(Warning::coarser_grid, "depth",
@@ -273,7 +275,7 @@ Result<Model> merge_parts(std::vector<Part> parts, std::span<const std::string> 
     const Run run{options, statistics, clock};
     Part whole = clock.run("join", [&] { return join(std::move(parts)); });
     if (whole.voxels.codes.empty())
-        return all_transparent();
+        return transparent_images_error();
     if (whole.statistics.samples > options.max_samples)
         return out_of_memory("the parts have " + std::to_string(whole.statistics.samples) +
                              " samples together, the limit is " + std::to_string(options.max_samples) +

@@ -1,4 +1,4 @@
-// A glTF file: its JSON, buffers, and typed arrays (accessors).
+// A glTF file: its JSON, its buffers, and its typed arrays, which glTF calls accessors.
 // Based on: Khronos Group. glTF 2.0 Specification. 2021
 #pragma once
 
@@ -16,22 +16,23 @@
 
 namespace pbm::build {
 
-// A JSON text larger than this is refused.
+// Bytes. A file with a larger JSON text is refused.
 inline constexpr std::size_t kMaxGltfJson = std::size_t{256} << 20;
 
-// What a URI of a glTF file names.
+// The bytes that a URI of a glTF file stands for.
 struct GltfResource {
-    std::optional<MappedFile> file{};    // a file beside the scan
-    std::vector<std::uint8_t> decoded{}; // else bytes in the URI itself
+    std::optional<MappedFile> file{};    // if the URI names a file beside the scan
+    std::vector<std::uint8_t> decoded{}; // if the URI holds the bytes itself, as a data: URI does
     ByteView bytes() const { return file ? file->bytes() : ByteView(decoded); }
 };
 
-// The file that a URI names, without its percent signs; nothing for data in the URI, or if there is no such file.
+// The path of the file that a URI names, relative to the folder of `scan`, with %XX decoded. Absent for a data: URI,
+// and if there is no such file.
 std::optional<std::string> file_of_uri(const std::string &scan, const std::string &uri);
 
 class GltfDocument {
   public:
-    // Refers to `file`. A file of JSON, or a GLB.
+    // Opens a file of JSON (.gltf) or its binary form (.glb). The document refers to `file`, which must outlive it.
     //
     // errors  bad_input            damaged or cut short
     //         unsupported_version  glTF 1
@@ -40,29 +41,30 @@ class GltfDocument {
     const Json *root(const char *key) const { return member(&json_, key); }
     const std::string &path() const { return path_; }
 
-    // What `uri` names, or bytes that it holds itself.
+    // Opens the file that `uri` names, or decodes the bytes that it holds.
     Result<GltfResource> resource(const std::string &uri) const;
 
-    // The bytes of a buffer view; decompressed (EXT_meshopt_compression) where it says so.
+    // The bytes of a buffer view. A view with EXT_meshopt_compression is decompressed.
     struct View {
         ByteView bytes;
-        std::size_t stride = 0; // 0: none given
+        std::size_t stride = 0; // bytes from one element to the next; 0: elements follow each other without gap
     };
     Result<View> view(std::size_t index);
 
-    // Elements of an accessor, one after the other; integers as they are, or divided by their maximum where the
-    // accessor says so. `components`: wanted per element; absent ones of a shorter element are `filled`.
+    // The elements of an accessor as floats: [count][components]. Normalised integers are divided by the largest value
+    // of their type, other integers are converted. If an element of the file is shorter than `components`, the rest is
+    // `filled`; if it is longer, its further components are left out.
     Result<std::vector<float>> floats(std::size_t accessor, std::size_t components, float filled = 1);
     Result<std::vector<std::uint32_t>> indices(std::size_t accessor);
-    // Elements of an accessor, without reading it.
+    // The number of elements of an accessor, as its JSON states it; reads no buffer.
     std::size_t count(std::size_t accessor) const;
     bool is_normalised(std::size_t accessor) const;
     int component_type(std::size_t accessor) const;
 
   private:
-    // An accessor's elements in memory.
+    // Where the elements of an accessor lie in memory.
     struct Elements {
-        ByteView bytes; // of all elements; empty: all are zero
+        ByteView bytes; // of all elements; empty if the accessor has no buffer view: then all elements are zero
         std::size_t stride = 0, count = 0, components = 0;
         int type = 0;
         bool is_normalised = false;
@@ -74,15 +76,15 @@ class GltfDocument {
     Result<ByteView> buffer(std::size_t index);
     Result<View> decompressed(const Json &extension, std::size_t index);
     Result<Elements> elements(std::size_t accessor);
-    // Bytes that element i of a view takes, or an error naming `what`.
+    // `bytes` bytes of a view from `offset` on. An error names `what` if they lie outside of the view.
     Result<ByteView> part(std::size_t view, std::size_t offset, std::size_t bytes, const std::string &what);
 
     Json json_;
-    ByteView binary_; // chunk of a GLB
+    ByteView binary_; // the binary chunk of a GLB
     std::string path_;
-    std::size_t size_;                              // of the file, which bounds what accessors without data may claim
-    std::map<std::size_t, GltfResource> resources_; // of buffers
-    std::map<std::size_t, std::vector<std::uint8_t>> decompressed_; // views
+    std::size_t size_;                              // of the file; bounds the count of accessors without a buffer view
+    std::map<std::size_t, GltfResource> resources_; // [index of a buffer]
+    std::map<std::size_t, std::vector<std::uint8_t>> decompressed_; // [index of a buffer view]
 };
 
 } // namespace pbm::build

@@ -1,4 +1,5 @@
 // The report of a build: a line for each attribute of a scan, and names for the kinds of lines that options can refuse.
+// Stability: stable.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // A scan as plain arrays: the result of every reader, and the input of the pipeline.
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/model.h"

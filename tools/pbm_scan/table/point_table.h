@@ -1,4 +1,4 @@
-// Points as a table: columns with names, as PCD files and text files have them.
+// A table of points, one row for each, in columns with names: the content of PCD files and of text files.
 #pragma once
 
 #include "pbm_scan/fields/field_column.h"
@@ -14,7 +14,7 @@
 
 namespace pbm::build {
 
-// What a column holds.
+// The attribute that a column holds.
 enum class ColumnRole : std::uint8_t {
     none,
     x,
@@ -28,41 +28,44 @@ enum class ColumnRole : std::uint8_t {
     blue,
     packed_colour,
     intensity,
-    field // the first one that is kept; the next numbers are further ones
+    field // column i of PointTable::fields has the role field + i
 };
 
-// The role of each column by its name: x y z, nx ny nz, normal_x ..., r g b, red ..., Rf Gf Bf, rgb, rgba, intensity,
-// i, in any case. The first column of a role counts; groups of three must be whole.
+// The role of each column, by its name: x y z, nx ny nz, normal_x ..., r g b, red ..., Rf Gf Bf, rgb, rgba, intensity,
+// i. Upper and lower case are equal. Of several columns with one role the first has it. A group of three counts only if
+// it is complete.
 std::vector<ColumnRole> roles_of(const std::vector<std::string> &names);
 
-// Points of a table; arrays are as long as `positions`, or empty.
+// The values of a table, by role. Every array has one value per point, or is empty if no column has its role.
 struct PointTable {
     std::vector<glm::dvec3> positions;
     std::vector<glm::vec3> normals;
-    std::vector<glm::vec3> colours;    // as in the file: 0..1, 0..255 or 0..65,535, by the largest of all
+    std::vector<glm::vec3> colours;    // as in the file: 0..1, 0..255 or 0..65,535; the largest of all says which
     std::vector<std::uint32_t> packed; // 0xRRGGBB
-    std::uint64_t missing_packed = 0;  // of these, black for want of a whole number of 32 bits
+    std::uint64_t missing_packed = 0;  // how many of `packed` are black because the file had no whole number of 32 bits
     std::vector<double> intensities;
-    std::vector<std::vector<double>> fields; // [those that are kept]
+    std::vector<std::vector<double>> fields; // [kept columns][points]
 
-    // Makes room for `count` points of the columns with these roles.
+    // Resizes the arrays of these roles to `count` points.
     void resize(std::size_t count, const std::vector<ColumnRole> &roles);
-    // Stores one number; none: ignored.
+    // Stores one number of a row. Ignores a column with ColumnRole::none.
     void set(std::size_t point, ColumnRole role, double value);
 };
 
-// A column that is kept as a field.
+// A column that becomes a field of the surface.
 struct KeptColumn {
-    std::size_t column; // of the names
+    std::size_t column; // index of its name
     FieldColumn values;
 };
 
-// Finds the columns that are kept: the intensity, and columns without a role, which get that of a field.
+// Chooses the columns that become fields, as `options` ask: the intensity, and columns without a role. The latter get
+// the role of a field in `roles`.
 std::vector<KeptColumn> keep_fields(const std::vector<std::string> &names, std::vector<ColumnRole> &roles,
                                     const ReadOptions &options, Surface &surface);
 
-// Points without finite coordinates are left out and counted. Without colours the intensity is shown as grey. `names`
-// and `roles`: of the columns, for the report; `kept`: of `surface`, which gets the points.
+// Moves the points into `surface`, with the fields `kept`. Leaves out points without finite coordinates, and counts
+// them. If the table has no colours, the intensity becomes a grey. `names` and `roles` of the columns are for the
+// report.
 void fill_surface(PointTable table, const std::vector<std::string> &names, const std::vector<ColumnRole> &roles,
                   std::span<const KeptColumn> kept, Surface &surface);
 

@@ -10,25 +10,25 @@ namespace {
 
 void weld_positions(const Surface &surface, WeldedMesh &mesh) {
     const std::vector<glm::dvec3> &all = surface.positions;
-    struct Place {
+    struct VertexKey {
         double x;
         std::uint32_t index;
     };
-    std::vector<Place> order(all.size());
+    std::vector<VertexKey> order(all.size());
     for (std::uint32_t i = 0; i < order.size(); ++i)
         order[i] = {all[i].x, i};
-    std::sort(order.begin(), order.end(), [&](const Place &a, const Place &b) {
+    std::sort(order.begin(), order.end(), [&](const VertexKey &a, const VertexKey &b) {
         if (a.x != b.x)
             return a.x < b.x;
         const glm::dvec3 &p = all[a.index], &q = all[b.index];
         return p.y != q.y ? p.y < q.y : p.z < q.z;
     });
     mesh.vertex_of.resize(all.size());
-    for (const Place &place : order) {
-        const glm::dvec3 &p = all[place.index];
+    for (const VertexKey &key : order) {
+        const glm::dvec3 &p = all[key.index];
         if (mesh.positions.empty() || mesh.positions.back() != p)
             mesh.positions.push_back(p);
-        mesh.vertex_of[place.index] = static_cast<std::uint32_t>(mesh.positions.size() - 1);
+        mesh.vertex_of[key.index] = static_cast<std::uint32_t>(mesh.positions.size() - 1);
     }
 }
 

@@ -29,8 +29,8 @@ Status repair(Surface &surface, const BuildOptions &options, StepClock &clock, B
     return clock.run("mesh", [&] { return repair_mesh(surface, options.mesh, options.threads, statistics); });
 }
 
-// Replaces what the surfaces say of their scanners by one viewpoint for each.
-void set_stations(std::vector<Surface> &surfaces, const std::vector<std::array<double, 3>> &viewpoints) {
+// Replaces the scanner positions of each surface by its given viewpoint.
+void set_viewpoints(std::vector<Surface> &surfaces, const std::vector<std::array<double, 3>> &viewpoints) {
     for (std::size_t i = 0; i < surfaces.size() && i < viewpoints.size(); ++i) {
         surfaces[i].stations = {vector_of(viewpoints[i])};
         surfaces[i].station_ids.assign(surfaces[i].positions.size(), 0);
@@ -96,9 +96,9 @@ Result<Surface> merge_inputs(std::vector<Surface> surfaces, const Run &run) {
     const BuildOptions &options = run.options;
     BuildStatistics &statistics = run.statistics;
     const int threads = options.threads;
-    dress(surfaces, options.scene, statistics);
+    set_materials(surfaces, options.scene, statistics);
     if (options.viewpoints.size() > 1)
-        set_stations(surfaces, options.viewpoints);
+        set_viewpoints(surfaces, options.viewpoints);
     for (Surface &surface : surfaces) {
         take_report(surface, statistics);
         if (surface.positions.empty())

@@ -167,7 +167,7 @@ TriangleTree tree_of(const Surface &surface, const Grid &grid, int threads) {
 
 } // namespace
 
-void dress(std::vector<Surface> &surfaces, const SceneRequest &request, BuildStatistics &statistics) {
+void set_materials(std::vector<Surface> &surfaces, const SceneRequest &request, BuildStatistics &statistics) {
     for (Surface &surface : surfaces) {
         if (request.ignore_point_colours)
             drop_colours(surface, statistics);

@@ -61,8 +61,9 @@ struct SceneRequest {
     std::vector<GivenOption> given{}; // for metadata
 };
 
-// Replaces colours and materials of each input before the inputs are merged. The report names what was replaced.
-void dress(std::vector<Surface> &surfaces, const SceneRequest &request, BuildStatistics &statistics);
+// Applies the request's materials and reflections to each input, before the inputs are merged, and drops point colours
+// where the request ignores them. The report names what was replaced.
+void set_materials(std::vector<Surface> &surfaces, const SceneRequest &request, BuildStatistics &statistics);
 
 // The scene as the file stores it, and the parameters of its shadows.
 struct Scene {

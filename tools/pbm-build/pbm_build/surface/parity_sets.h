@@ -18,11 +18,12 @@ class ParitySets {
             up_[i] = static_cast<std::uint32_t>(i) << 1;
     }
 
-    struct Place {
+    // An element's set, named by its root, and its sign in it.
+    struct Member {
         std::uint32_t root;
-        bool opposite; // to the root
+        bool opposite; // to the sign of the root
     };
-    Place find(std::uint32_t element) {
+    Member find(std::uint32_t element) {
         std::uint32_t root = element;
         std::uint32_t parity = 0;
         while (up_[root] >> 1 != root) {
@@ -43,7 +44,7 @@ class ParitySets {
     bool join(std::uint32_t a, std::uint32_t b, bool opposite) {
         if (up_[a] >> 1 == up_[b] >> 1)
             return false; // below one parent, as most neighbours are
-        Place p = find(a), q = find(b);
+        Member p = find(a), q = find(b);
         if (p.root == q.root)
             return false;
         if (p.root > q.root)

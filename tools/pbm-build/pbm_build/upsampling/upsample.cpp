@@ -32,8 +32,8 @@ constexpr double kFade = 1.1; // squared distance at which the weight is 0, over
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 static_assert(kNear.back() <= TangentCell::kMaxCuts);
 
-// What a made point takes from one place.
-struct Place {
+// A point of the scan: what a made point takes from it. Repeated points are one, with their means.
+struct CloudPoint {
     glm::dvec3 normal{0}; // unit vector, or zero
     glm::dvec3 colour{0}; // linear light
     double radius = 0;    // 0: none
@@ -54,7 +54,7 @@ struct MadePoint {
 
 // The distinct positions of a scan's points, with the means of what repeated points have.
 struct Cloud {
-    std::vector<Place> places;
+    std::vector<CloudPoint> places;
     std::vector<MortonCode> occupied; // voxels, ascending
     PointNeighbours neighbours;
     std::vector<std::vector<double>> fields; // [fields][places] the largest value of repeated points; NaN: none
@@ -64,10 +64,10 @@ Cloud cloud_of(const Surface &surface, const VertexNormals &normals, const Grid 
                int threads) {
     const std::size_t first = surface.first_point();
     DistinctPoints points = distinct_points(std::span(surface.positions).subspan(first), grid, threads);
-    std::vector<Place> places(points.at.size());
+    std::vector<CloudPoint> places(points.at.size());
     std::vector<double> counts(places.size());
     for (std::size_t i = 0; i < points.place_of.size(); ++i) {
-        Place &place = places[points.place_of[i]];
+        CloudPoint &place = places[points.place_of[i]];
         const std::size_t vertex = first + i;
         const ShortNormal &normal = normals.normals[vertex];
         place.normal += glm::dvec3(normal[0], normal[1], normal[2]); // integers: in any order
@@ -109,7 +109,7 @@ class GapFiller {
           fitted_(cloud.neighbours) {}
 
     void fill_around(std::uint32_t point, std::vector<MadePoint> &made) {
-        const Place &place = cloud_.places[point];
+        const CloudPoint &place = cloud_.places[point];
         if (place.normal == glm::dvec3(0))
             return;
         const TangentPlane plane(place.normal);
@@ -163,7 +163,7 @@ class GapFiller {
         return TangentCell(0); // not reached
     }
 
-    static double cosine(const Place &p, const Place &q) {
+    static double cosine(const CloudPoint &p, const CloudPoint &q) {
         const double cosine = glm::dot(p.normal, q.normal);
         return (p.two_sided | q.two_sided) != 0 ? std::fabs(cosine) : cosine;
     }
@@ -204,7 +204,7 @@ class GapFiller {
     }
 
     void project(std::uint32_t point, const Candidate &candidate, std::vector<MadePoint> &made) {
-        const Place &place = cloud_.places[point];
+        const CloudPoint &place = cloud_.places[point];
         const glm::dvec3 to_point = glm::dvec3(points_[point]) - candidate.at;
         const double distance = glm::length(to_point), reach = kAround * distance + kBeyond * spacing();
         const std::size_t count =
@@ -214,7 +214,7 @@ class GapFiller {
         const double farthest = kFade * found_[count - 1].squared_distance, unit = 1 / std::sqrt(farthest);
         std::size_t used = 0;
         for (std::size_t k = 0; k < count; ++k) {
-            const Place &other = cloud_.places[found_[k].point];
+            const CloudPoint &other = cloud_.places[found_[k].point];
             if (!(cosine(place, other) > 0.5))
                 continue;
             const glm::dvec3 offset = (glm::dvec3(points_[found_[k].point]) - candidate.at) * unit;
@@ -232,7 +232,7 @@ class GapFiller {
         const MortonCode code = code_of(voxel_of(LatticePoint(at)));
         if (is_occupied(code))
             return;
-        const Place &a = cloud_.places[candidate.a], &b = cloud_.places[candidate.b];
+        const CloudPoint &a = cloud_.places[candidate.a], &b = cloud_.places[candidate.b];
         const auto mean = [&](const auto &p, const auto &at_a, const auto &at_b) {
             return p + candidate.u * (at_a - p) + candidate.v * (at_b - p);
         };

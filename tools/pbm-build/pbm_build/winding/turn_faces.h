@@ -1,4 +1,4 @@
-// Turns faces around, with what belongs to them.
+// Reverses the winding of chosen faces, with their corners' attributes, and turns normals with their faces.
 #pragma once
 
 #include "pbm_scan/surface/surface.h"
@@ -7,12 +7,14 @@
 
 namespace pbm::build {
 
+// What was turned.
 struct TurnedFaces {
-    std::uint64_t faces = 0, normals = 0;
+    std::uint64_t faces = 0, normals = 0; // counts
 };
 
-// `turn`: a flag for each triangle. The normal of a vertex is turned if all of its faces are, and if it agreed with
-// them before. A normal that disagreed looks to the right side afterwards.
+// Reverses the faces whose flag in `turn` is not 0; `turn` has one flag for each triangle. The normal of a vertex is
+// turned if all of the vertex's faces are reversed and the normal pointed to their front before. A normal that pointed
+// to their back stays: after the reversal that side is their front.
 TurnedFaces turn_faces(Surface &surface, std::span<const std::uint8_t> turn);
 
 } // namespace pbm::build

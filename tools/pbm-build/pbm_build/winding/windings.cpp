@@ -54,7 +54,7 @@ struct SignedPatches {
         for (const auto &[a, b] : against)
             signs.join(patch(a), patch(b), true);
         for (const auto &sides : against) {
-            const ParitySets::Place a = signs.find(patch(sides[0])), b = signs.find(patch(sides[1]));
+            const ParitySets::Member a = signs.find(patch(sides[0])), b = signs.find(patch(sides[1]));
             if (a.opposite == b.opposite)
                 cuts.push_back(sides);
         }
@@ -80,16 +80,16 @@ void add_patches(SignedPatches &signed_patches, Windings &mesh) {
     mesh.sheet_of.resize(mesh.patches.size());
     mesh.opposite.resize(mesh.patches.size());
     for (std::uint32_t patch = 0; patch < mesh.patches.size(); ++patch) {
-        const ParitySets::Place place = signed_patches.signs.find(patch); // the root is the lowest of its set
-        const bool is_first = place.root == patch;
-        mesh.sheet_of[patch] = is_first ? static_cast<std::uint32_t>(mesh.sheets.size()) : mesh.sheet_of[place.root];
-        mesh.opposite[patch] = place.opposite ? 1 : 0;
+        const ParitySets::Member member = signed_patches.signs.find(patch); // the root is the lowest of its set
+        const bool is_first = member.root == patch;
+        mesh.sheet_of[patch] = is_first ? static_cast<std::uint32_t>(mesh.sheets.size()) : mesh.sheet_of[member.root];
+        mesh.opposite[patch] = member.opposite ? 1 : 0;
         if (is_first)
             mesh.sheets.emplace_back();
         WoundSheet &sheet = mesh.sheets[mesh.sheet_of[patch]];
         const FaceSums &sums = mesh.patches[patch];
-        sheet.sums.add(sums, place.opposite);
-        sheet.majority += place.opposite ? -sums.area : sums.area;
+        sheet.sums.add(sums, member.opposite);
+        sheet.majority += member.opposite ? -sums.area : sums.area;
         ++sheet.patches;
     }
     for (std::size_t i = mesh.joins.patches.size(); i-- > 0;)
