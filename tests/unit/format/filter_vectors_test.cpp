@@ -160,7 +160,8 @@ std::vector<Bytes> filter_points(const Case &c) {
         nodes.shadows[0] = c.parents;
     }
     const StreamContext context{.set = set, .stream = stream, .level = c.level, .finest = c.level == c.depth};
-    return filter_stream(context, c.masks, points, {.masks = {}, .nodes = nodes}).value_or(std::vector<Bytes>{});
+    return filter_stream(context, c.masks, points, {.parent_masks = {}, .attributes = nodes})
+        .value_or(std::vector<Bytes>{});
 }
 
 TEST(FilterVectors, AreThereForEachFilter) {
