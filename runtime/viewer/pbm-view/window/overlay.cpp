@@ -1,4 +1,4 @@
-#include "window/overlay.h"
+#include "viewer/pbm-view/window/overlay.h"
 
 #include <imgui.h>
 

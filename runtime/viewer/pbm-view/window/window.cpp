@@ -1,4 +1,4 @@
-#include "window/window.h"
+#include "viewer/pbm-view/window/window.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

@@ -124,6 +124,10 @@ class Window {
     void toggle_full_screen();
     // Shows the framebuffer.
     void swap();
+    // Whether what the window shows is out of date: at first, and from `invalidate` to `validate`.
+    bool is_stale() const { return stale_; }
+    void invalidate() { stale_ = true; }
+    void validate() { stale_ = false; }
 
   private:
     explicit Window(GLFWwindow *window);
@@ -131,6 +135,7 @@ class Window {
 
     GLFWwindow *window_;
     std::vector<Event> events_;
+    bool stale_ = true;
     // Position and size outside of full screen, screen coordinates.
     glm::ivec2 windowed_place_{0}, windowed_size_{0};
 };
