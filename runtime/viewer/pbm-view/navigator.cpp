@@ -3,6 +3,11 @@
 #include "pbm_render/camera/unit_grid.h"
 
 namespace pbm {
+namespace {
+
+constexpr int kFirstSaved = 6; // number of a saved view, to 9
+
+} // namespace
 
 Result<Camera> Navigator::first_camera(const ShownModel &model, glm::ivec2 size) const {
     if (size == glm::ivec2(0))
@@ -89,6 +94,15 @@ void Navigator::reset(glm::ivec2 size) {
         glide_to(*camera);
 }
 
+void Navigator::choose_view(int number) {
+    if (number >= kFirstSaved)
+        recall_view(number);
+    else if (number == 5)
+        toggle_projection();
+    else if (number > 0)
+        look_from(static_cast<StandardView>(number - 1));
+}
+
 void Navigator::look_from(StandardView view) {
     if (!shown_.has_picture())
         return;
@@ -147,7 +161,7 @@ void Navigator::switch_mode() {
 }
 
 void Navigator::save_view(int number) {
-    if (!shown_.model)
+    if (!shown_.model || number < kFirstSaved)
         return;
     const Status saved = saved_views_.save(shown_.model->path(), number, {shown_.camera, shown_.options.view_angle});
     const std::string digit = std::to_string(number);

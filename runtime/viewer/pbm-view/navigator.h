@@ -35,17 +35,16 @@ class Navigator {
     void glide_to(const Camera &camera);
     // Goes back to the first view of a picture of `size`.
     void reset(glm::ivec2 size);
-    void look_from(StandardView view);
+    // 1 to 4: from the front, the right, above, a corner; 5: orthographic or perspective; 6 to 9: as it was saved.
+    void choose_view(int number);
+    void save_view(int number); // 6 to 9
     // Shows the whole model from where the camera stands.
     void fit();
     // Makes the next axis point up, in the order y, z, x, and goes back to the first view. Default lights turn with it.
     void turn_up_axis(glm::ivec2 size);
-    void toggle_projection();
     // Shows or hides backs, whatever the file says of its surface.
     void switch_backs();
     void switch_mode();
-    void save_view(int number);
-    void recall_view(int number);
 
     // Takes the steps that are due of held arrow keys and of a glide.
     void follow();
@@ -55,6 +54,9 @@ class Navigator {
     CameraMode mode() const { return mode_; }
 
   private:
+    void look_from(StandardView view);
+    void toggle_projection();
+    void recall_view(int number);
     void set_camera(const Camera &camera);
     Steering steering() const { return {mode_, axis_, shown_.model->bounds()}; }
 

@@ -15,9 +15,6 @@ class SceneEdits {
   public:
     // All outlive it. `worker` bakes and saves.
     SceneEdits(Shown &shown, Pictures &pictures, Notices &notices, Window &window, ThreadPool &worker);
-    ~SceneEdits() { shadows_.show(nullptr); }
-    SceneEdits(const SceneEdits &) = delete;
-    SceneEdits &operator=(const SceneEdits &) = delete;
 
     // Another model is shown, with the look of its file.
     void show_model();

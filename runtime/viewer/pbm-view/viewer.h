@@ -63,8 +63,9 @@ class Viewer {
     int run();
 
   private:
+    template <class Input> void pass(const Input &event);
     void handle(const KeyEvent &event);
-    void handle_view_key(Key key);
+    void handle_view_key(const KeyEvent &event);
     void handle(const EditEvent &event);
     void handle(const CharacterEvent &event);
     void handle(const ButtonEvent &event);
@@ -88,7 +89,6 @@ class Viewer {
     void choose_from_page(const std::optional<StartPage::Choice> &choice);
     void show_start_page();
     void follow_file();
-    void reopen(bool quietly);
     void hold_picture();
     void search_damage();
     void report_damage(const std::vector<Error> &errors);

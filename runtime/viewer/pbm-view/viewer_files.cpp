@@ -179,20 +179,17 @@ void Viewer::follow_file() {
         return;
     if (follower_->is_being_written())
         window_.invalidate();
-    if (follower_->has_news() && shown_.model->is_overwritten())
+    if (follower_->has_news() && !shown_.is_overwritten && shown_.model->is_overwritten())
         hold_picture();
     if (opener_.opening() || edits_.is_saving())
         return;
     const bool is_told = follower_->take_whole();
-    if (is_told || follower_->has_settled())
-        reopen(!is_told);
-}
-
-void Viewer::reopen(bool quietly) {
+    if (!is_told && !follower_->has_settled())
+        return;
     follower_->try_again();
     const std::string path = shown_.model->path();
     if (!edits_.is_unsaved())
-        open(path, true, quietly);
+        open(path, true, !is_told);
     else if (shown_.is_overwritten)
         ask_about_losses("open what was written to " + file_name(path), [this, path] { open(path, true); });
     else

@@ -12,6 +12,12 @@ constexpr double kClickReach = 0.005;      // picture heights; what moves furthe
 
 } // namespace
 
+// Passes an event to panel and start page.
+template <class Input> void Viewer::pass(const Input &event) {
+    overlay_.handle(event);
+    update_windows();
+}
+
 void Viewer::handle(const KeyEvent &event) {
     if (has_panel() && overlay_.wants_keys() && event.pressed)
         return; // a number is being typed
@@ -54,25 +60,17 @@ void Viewer::handle(const KeyEvent &event) {
     case Key::save_scene: ask_to_save(); break;
     case Key::full_screen: window_.toggle_full_screen(); break;
     case Key::switch_camera: navigator_.switch_mode(); break;
-    default: handle_view_key(event.key);
+    default: handle_view_key(event);
     }
     window_.invalidate();
 }
 
 // Keys that move the camera to a view, cut the model open, or measure.
-void Viewer::handle_view_key(Key key) {
-    const auto number = [key](Key six) { return 6 + static_cast<int>(key) - static_cast<int>(six); };
-    if (key >= Key::recall_6 && key <= Key::recall_9)
-        return navigator_.recall_view(number(Key::recall_6));
-    if (key >= Key::save_6 && key <= Key::save_9)
-        return navigator_.save_view(number(Key::save_6));
-    switch (key) {
+void Viewer::handle_view_key(const KeyEvent &event) {
+    switch (event.key) {
     case Key::fit: navigator_.fit(); break;
-    case Key::view_front: navigator_.look_from(StandardView::front); break;
-    case Key::view_side: navigator_.look_from(StandardView::side); break;
-    case Key::view_top: navigator_.look_from(StandardView::top); break;
-    case Key::view_isometric: navigator_.look_from(StandardView::isometric); break;
-    case Key::projection: navigator_.toggle_projection(); break;
+    case Key::digit: navigator_.choose_view(event.digit); break;
+    case Key::control_digit: navigator_.save_view(event.digit); break;
     case Key::backs: navigator_.switch_backs(); break;
     case Key::clip: tools_.switch_clip(); break;
     case Key::measure: tools_.toggle_measuring(); break;
@@ -89,27 +87,21 @@ void Viewer::handle(const EditEvent &event) {
         tools_.edit(event.key);
     if (start_page_.is_shown() && event.key == EditKey::enter && event.pressed)
         choose_from_page(start_page_.take());
-    if (has_windows() && (overlay_.wants_keys() || panel_has_keys_ || !event.pressed)) {
-        overlay_.handle(event);
-        update_windows();
-    }
+    if (has_windows() && (overlay_.wants_keys() || panel_has_keys_ || !event.pressed))
+        pass(event);
 }
 
 void Viewer::handle(const CharacterEvent &event) {
     if (question_ && question_->letter != 0 &&
         (event.character | 0x20U) == static_cast<unsigned char>(question_->letter))
         return settle(std::move(question_->other));
-    if (has_windows() && overlay_.wants_keys()) {
-        overlay_.handle(event);
-        update_windows();
-    }
+    if (has_windows() && overlay_.wants_keys())
+        pass(event);
 }
 
 void Viewer::handle(const ButtonEvent &event) {
-    if (has_windows()) {
-        overlay_.handle(event);
-        update_windows();
-    }
+    if (has_windows())
+        pass(event);
     if (!event.pressed) {
         if (drag_ && drag_->button == event.button) {
             if (tools_.is_measuring() && drag_->is_click && event.button == MouseButton::left)
@@ -169,10 +161,8 @@ void Viewer::handle(const MoveEvent &event) {
 }
 
 void Viewer::handle(const WheelEvent &event) {
-    if (has_windows() && overlay_.wants_mouse()) {
-        overlay_.handle(event);
-        return update_windows();
-    }
+    if (has_windows() && overlay_.wants_mouse())
+        return pass(event);
     if (event.notches != 0)
         navigator_.zoom(event.notches, mouse_pixel(), seen());
 }

@@ -133,18 +133,14 @@ void Viewer::ask_to_save() {
     if (!shown_.model || edits_.is_saving() || edits_.waits_to_save() || shown_.is_recorded)
         return;
     const std::string &path = shown_.model->path();
-    const auto save_recipe = [this] { edits_.save_recipe(); };
+    const std::function<void()> save_recipe = [this] { edits_.save_recipe(); };
     if (is_scan(path)) // its model lies in the cache
-        return ask({.text = file_name(path) + " is a scan. Save lights and materials as a recipe of pbm-build?\n"
-                                              "Enter: save    Escape: back",
-                    .accept = save_recipe,
-                    .letter = 'r',
-                    .other = save_recipe});
-    ask({.text = "Save lights, materials and view into " + file_name(path) +
-                 "?\nEnter: save    R: as a recipe of pbm-build instead    Escape: back",
-         .accept = [this] { edits_.save(); },
-         .letter = 'r',
-         .other = save_recipe});
+        return ask({file_name(path) + " is a scan. Save lights and materials as a recipe of pbm-build?\n"
+                                      "Enter: save    Escape: back",
+                    save_recipe, 'r', save_recipe});
+    ask({"Save lights, materials and view into " + file_name(path) +
+             "?\nEnter: save    R: as a recipe of pbm-build instead    Escape: back",
+         [this] { edits_.save(); }, 'r', save_recipe});
 }
 
 // Size of the window in pixels beside a docked panel, clamped to what OpenGL can show; 0 x 0 if there are none.

@@ -44,7 +44,11 @@ void Pictures::receive() {
 void Pictures::draw(glm::ivec2 size) {
     draw_due(size);
     refine();
-    serve_saver();
+    if (saver_.is_waiting()) { // after all that chooses chunks, so that those of the last view are not evicted
+        saver_.serve();
+        if (!saver_.is_waiting() && scheduler_)
+            scheduler_->arrived(true);
+    }
     check_room();
 }
 
@@ -209,15 +213,6 @@ void Pictures::check_room() {
 void Pictures::save() {
     if (shown_.has_picture())
         saver_.add(shown_.model, view_at(errors().still), shown_.look);
-}
-
-// Called after everything else that chooses chunks, so that the chunks of the last view are not evicted.
-void Pictures::serve_saver() {
-    if (!saver_.is_waiting())
-        return;
-    saver_.serve();
-    if (!saver_.is_waiting() && scheduler_)
-        scheduler_->arrived(true);
 }
 
 void Pictures::receive_saves(bool all) {

@@ -78,7 +78,6 @@ class Pictures {
     DetailView view_at(double max_error) const;
     FrameScheduler::Errors errors() const; // of pictures with the present look
     Detail choose(const DetailView &view);
-    void serve_saver();
     void check_room();
 
     Shown &shown_;

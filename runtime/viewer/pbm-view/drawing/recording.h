@@ -22,8 +22,6 @@ class Recording {
         shown_.is_for_video = true;
     }
     ~Recording() { shown_.is_for_video = shown_.is_recorded = false; }
-    Recording(const Recording &) = delete;
-    Recording &operator=(const Recording &) = delete;
 
     // Starts at the present camera; one turn round its focal point, every frame at full detail.
     void begin() {

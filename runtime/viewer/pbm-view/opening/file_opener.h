@@ -29,8 +29,6 @@ class FileOpener {
     FileOpener(ThreadPool &pool, const ScanOptions &scans, FileList files, std::unique_ptr<Opening> first)
         : pool_(pool), scans_(scans), files_(std::move(files)), opening_(std::move(first)) {}
     ~FileOpener() { stop_.request_stop(); }
-    FileOpener(const FileOpener &) = delete;
-    FileOpener &operator=(const FileOpener &) = delete;
 
     FileList &files() { return files_; } // that the user goes through
 

@@ -31,20 +31,9 @@ enum class Key {
     full_screen,
     quit,
     fit,
-    view_front,
-    view_side,
-    view_top,
-    view_isometric,
-    projection,
     backs,
-    recall_6,
-    recall_7,
-    recall_8,
-    recall_9,
-    save_6,
-    save_7,
-    save_8,
-    save_9,
+    digit,
+    control_digit,
     measure,
     coordinates,
     clip,
@@ -57,13 +46,14 @@ enum class Key {
     panel_focus,
     save_scene,
 };
-// Keys that edit a text field or move through the panel.
+// Keys that edit a text field or move through the panel, in the order of kKeys of overlay.cpp.
 enum class EditKey { backspace, erase, enter, cancel, left, right, home, end, up, down, tab, space };
 enum class MouseButton { left, middle, right };
 
 struct KeyEvent {
     Key key;
     bool pressed; // false: released. Key repeats are left out.
+    int digit;    // 0..9, of the keys named so
 };
 struct ButtonEvent {
     MouseButton button;
