@@ -3,6 +3,7 @@
 
 #include "viewer/pbm-view/drawing/pictures.h"
 
+#include "viewer/navigation/camera_control.h"
 #include "viewer/navigation/camera_glide.h"
 #include "viewer/navigation/saved_views.h"
 #include "viewer/navigation/standard_views.h"

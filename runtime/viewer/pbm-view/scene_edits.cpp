@@ -7,6 +7,7 @@
 #include "viewer/pbm-view/window/view_text.h"
 #include "viewer/pictures/picture_file.h"
 
+#include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
 #include <algorithm>

@@ -3,6 +3,9 @@
 
 #include "viewer/pbm-view/window/view_text.h"
 
+#include <glm/common.hpp>
+
+#include <algorithm>
 #include <utility>
 
 namespace pbm {
