@@ -23,7 +23,7 @@ class Navigator {
     // Starts anew with another model: at the view of its file if there is one and no option names another, else at
     // `first`; absent: stays.
     void show_model(const std::optional<Camera> &first, const std::optional<SavedView> &of_file);
-    // Stops, where the picture was taken that is shown.
+    // Ends a glide, and goes back to the camera of the picture shown.
     void hold();
 
     // Moves the camera, and ends a glide.

@@ -32,7 +32,7 @@ class Pictures {
     void change_view();
     // Shadows have changed. The picture without them stays until one with them has full detail.
     void restyle();
-    // Whatever is drawn at present is not shown.
+    // Discards what is being drawn: the picture shown stays.
     void hold();
 
     // Takes, between two events, what was loaded, drawn and saved.

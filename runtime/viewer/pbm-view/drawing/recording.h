@@ -16,7 +16,7 @@ namespace pbm {
 
 class Recording {
   public:
-    // Of what is shown, which outlives it and says that it is there.
+    // `shown` outlives it; its flags is_for_video and is_recorded are set as long as this exists and records.
     Recording(Shown &shown, VideoSink sink, const VideoOptions &video)
         : shown_(shown), sink_(std::move(sink)), video_(video) {
         shown_.is_for_video = true;

@@ -1,5 +1,5 @@
-// What the window shows, as its owners share it: the viewer opens models, the navigator moves the camera, the edits of
-// the scene set the look, the pictures follow the window's size; all read it.
+// What the window shows. All owners read it; Viewer sets the model and its first look, Navigator the camera and the up
+// axis, SceneEdits the look, Pictures the size.
 #pragma once
 
 #include "viewer/options/view_options.h"

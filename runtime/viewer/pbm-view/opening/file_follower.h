@@ -37,7 +37,7 @@ class FileFollower {
         FileChange whole = FileChange::whole;
         return news_->compare_exchange_strong(whole, FileChange::none);
     }
-    // The file was written in place: looks how it grows.
+    // The file was written in place: watches its size and time of change from now on.
     void hold() {
         seen_ = shown_.model->stamp();
         tried_ = {};
@@ -56,7 +56,7 @@ class FileFollower {
         window_.invalidate();
         return !grows_ && !has_news() && stamp != tried_;
     }
-    // What the file has in it now is opened.
+    // The present contents of the file are opened.
     void try_again() { tried_ = shown_.model->stamp(); }
     // What is told of the file while it is not whole, else nothing.
     std::string status() const {
