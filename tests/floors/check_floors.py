@@ -24,7 +24,7 @@ FLOORS = {
     "runtime/pbm_surface": {"system", "pbm_format"},
     "runtime/pbm_bake": {"system", "pbm_format", "pbm_surface"},
     "runtime/pbm_render": {"system", "pbm_format", "pbm_surface"},
-    "runtime/viewer": {"system", "pbm_format", "pbm_bake", "pbm_render", "command_line", "window"},
+    "runtime/viewer": {"system", "pbm_format", "pbm_bake", "pbm_render", "command_line"},
     "tools/pbm_scan": {"system", "pbm_format"},
     "tools/pbm-build/pbm_build": {"system", "pbm_format", "pbm_bake", "pbm_scan"},
     "tools/pbm-build/pbm_batch": {"system", "command_line"},
@@ -48,8 +48,8 @@ ROOMS = {
     "runtime/pbm_render": [
         "camera picture", "appearance", "surroundings", "bricks", "splats shading", "detail", "fast fine reference"],
     "runtime/viewer": [
-        "pictures", "options", "measure opening", "navigation clipping", "scene", "light", "pbm-render pbm-view",
-        "pbm-view/window"],
+        "pictures", "options", "opening", "navigation", "scene", "pbm-render pbm-view/light pbm-view/measure",
+        "pbm-view/clipping", "pbm-view/window", "pbm-view/drawing", "pbm-view/opening", "pbm-view"],
     "tools/pbm_scan": ["surface", "text", "fields packing", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
     "tools/pbm-build/pbm_build": [
         "report", "lattice surface", "fields grid images hole_filling", "winding", "mesh_repair", "voxels", "neighbours",
@@ -233,7 +233,7 @@ def check_page(page):
             continue
         below = here = -1  # where the last room of a lower rank is named, and that of this rank
         for rooms in ROOMS.get(floor, []):
-            for room in (room.split("/")[-1] for room in rooms.split() if room != "."):
+            for room in (room for room in rooms.split() if room != "."):
                 at = row[3].find(f"`{room}/`")
                 here = max(here, at)
                 if at < 0:
@@ -296,6 +296,8 @@ def self_test():
         ("runtime/viewer/pbm-view/window/window.cpp", "#include <imgui.h>"),
         ("runtime/viewer/pbm-view/window/window.cpp", "#include <backends/imgui_impl_glfw.h>"),
         ("runtime/viewer/pbm-view/window/window.cpp", '#include "pbm_build/pipeline.h"'),
+        ("runtime/viewer/pbm-view/window/panel.h", '#include "viewer/pbm-view/drawing/shown.h"'),
+        ("runtime/viewer/pbm-render/main.cpp", '#include "viewer/pbm-view/measure/polyline.h"'),
         ("runtime/viewer/pbm-render/png_writer.h", "#include <CLI/CLI.hpp>"),
         ("runtime/viewer/pictures/picture_file.cpp", "#include <isa-l/igzip_lib.h>"),
         ("runtime/viewer/pictures/image_writer.cpp", "#include <png.h>"),

@@ -1,7 +1,6 @@
 // pbm-view: a binary voxel grid in a window.
 #include "options.h"
 #include "viewer.h"
-#include "window/window.h"
 
 #include "command_line/command_line.h"
 #include "system/processes/this_process.h"
@@ -28,7 +27,7 @@ std::string sample_model() {
 }
 
 // The files to show, and what is wrong with the first one. Standard error is told at once, before there is a window.
-Viewer::Start examine(const Arguments &arguments, Viewer::Clock::time_point time) {
+Viewer::Start examine(const Arguments &arguments, FrameLog::Clock::time_point time) {
     Viewer::Start start{.program = kProgram, .time = time};
     const auto refuse = [&](const std::string &path, const Error &error) {
         command_line::fail(kProgram, path, error);
@@ -53,7 +52,7 @@ Viewer::Start examine(const Arguments &arguments, Viewer::Clock::time_point time
 }
 
 int run(int argc, char **argv, std::unique_ptr<Viewer::Workers> &workers) {
-    const auto time = Viewer::Clock::now();
+    const auto time = FrameLog::Clock::now();
     Arguments arguments;
     if (const auto done = parse(kProgram, argc, argv, arguments))
         return *done;

@@ -1,7 +1,7 @@
 // The command line of pbm-view.
 #pragma once
 
-#include "window/theme.h"
+#include "viewer/pbm-view/window/theme.h"
 
 #include "viewer/navigation/camera_control.h"
 #include "viewer/opening/prepared_model.h"

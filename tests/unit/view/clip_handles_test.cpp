@@ -1,4 +1,4 @@
-#include "viewer/clipping/clip_handles.h"
+#include "viewer/pbm-view/clipping/clip_handles.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>

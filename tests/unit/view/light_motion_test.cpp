@@ -1,4 +1,4 @@
-#include "viewer/light/light_motion.h"
+#include "viewer/pbm-view/light/light_motion.h"
 
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>

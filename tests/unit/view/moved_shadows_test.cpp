@@ -1,6 +1,6 @@
 // Shadows of moved lights: dropped at once, baked in the background, and saved as a file has them.
-#include "viewer/light/moved_shadows.h"
-#include "viewer/light/scene_saver.h"
+#include "viewer/pbm-view/light/moved_shadows.h"
+#include "viewer/pbm-view/light/scene_saver.h"
 
 #include "pbm_bake/shadow_baker.h"
 #include "pbm_format/checking/validate.h"

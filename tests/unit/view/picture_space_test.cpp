@@ -1,5 +1,5 @@
 // What pixels show is found at its true place, in pictures of a plane and of a ball.
-#include "viewer/measure/picture_space.h"
+#include "viewer/pbm-view/measure/picture_space.h"
 
 #include "pbm_render/fine/fine_renderer.h"
 #include "unit/render/fast_test_model.h"

@@ -1,5 +1,5 @@
-#include "viewer/light/model_notes.h"
-#include "viewer/light/scene_text.h"
+#include "viewer/pbm-view/light/model_notes.h"
+#include "viewer/pbm-view/light/scene_text.h"
 
 #include "pbm_format/model/material_presets.h"
 

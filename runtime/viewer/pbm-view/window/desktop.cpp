@@ -1,4 +1,4 @@
-#include "window/desktop.h"
+#include "viewer/pbm-view/window/desktop.h"
 
 #include "system/files/file_names.h"
 #include "system/files/file_replacement.h"

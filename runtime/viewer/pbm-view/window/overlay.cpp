@@ -1,4 +1,4 @@
-#include "window/overlay.h"
+#include "viewer/pbm-view/window/overlay.h"
 
 #include <imgui.h>
 
@@ -184,20 +184,11 @@ Overlay::Overlay(double scale) : scale_(static_cast<float>(scale)) {
     ImGuiIO &io = ImGui::GetIO();
     io.IniFilename = nullptr; // no settings file
     io.ConfigWindowsMoveFromTitleBarOnly = true;
-    constexpr std::array<std::pair<ImGuiKey, EditKey>, 12> kKeys{{{ImGuiKey_Backspace, EditKey::backspace},
-                                                                  {ImGuiKey_Delete, EditKey::erase},
-                                                                  {ImGuiKey_Enter, EditKey::enter},
-                                                                  {ImGuiKey_Escape, EditKey::cancel},
-                                                                  {ImGuiKey_LeftArrow, EditKey::left},
-                                                                  {ImGuiKey_RightArrow, EditKey::right},
-                                                                  {ImGuiKey_Home, EditKey::home},
-                                                                  {ImGuiKey_End, EditKey::end},
-                                                                  {ImGuiKey_UpArrow, EditKey::up},
-                                                                  {ImGuiKey_DownArrow, EditKey::down},
-                                                                  {ImGuiKey_Tab, EditKey::tab},
-                                                                  {ImGuiKey_Space, EditKey::space}}};
-    for (const auto &[theirs, ours] : kKeys)
-        io.KeyMap[theirs] = static_cast<int>(ours);
+    constexpr std::array kKeys{ImGuiKey_Backspace, ImGuiKey_Delete,     ImGuiKey_Enter, ImGuiKey_Escape, // as EditKey
+                               ImGuiKey_LeftArrow, ImGuiKey_RightArrow, ImGuiKey_Home,  ImGuiKey_End,
+                               ImGuiKey_UpArrow,   ImGuiKey_DownArrow,  ImGuiKey_Tab,   ImGuiKey_Space};
+    for (std::size_t key = 0; key < kKeys.size(); ++key)
+        io.KeyMap[kKeys[key]] = static_cast<int>(key);
     io.ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
     set_style();
     add_font(scale_);

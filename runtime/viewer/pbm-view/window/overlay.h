@@ -1,7 +1,7 @@
 // Draws text (loading, keys, cost of a frame, saved files) and a panel of Dear ImGui over the picture.
 #pragma once
 
-#include "window/window.h"
+#include "viewer/pbm-view/window/window.h"
 
 #include <glm/vec2.hpp>
 

@@ -1,6 +1,6 @@
-#include "window/panel.h"
+#include "viewer/pbm-view/window/panel.h"
 
-#include "window/view_text.h"
+#include "viewer/pbm-view/window/view_text.h"
 
 #include "pbm_format/model/material_presets.h"
 

@@ -2,10 +2,10 @@
 // the file lacks is named instead of shown.
 #pragma once
 
-#include "window/theme.h"
+#include "viewer/pbm-view/window/theme.h"
 
-#include "viewer/light/light_motion.h"
-#include "viewer/light/model_notes.h"
+#include "viewer/pbm-view/light/light_motion.h"
+#include "viewer/pbm-view/light/model_notes.h"
 #include "viewer/scene/look.h"
 
 #include <glm/vec2.hpp>

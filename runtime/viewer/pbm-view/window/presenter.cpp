@@ -1,4 +1,4 @@
-#include "window/presenter.h"
+#include "viewer/pbm-view/window/presenter.h"
 
 #include <epoxy/gl.h>
 

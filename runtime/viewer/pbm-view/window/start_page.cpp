@@ -1,4 +1,4 @@
-#include "window/start_page.h"
+#include "viewer/pbm-view/window/start_page.h"
 
 #include <imgui.h>
 

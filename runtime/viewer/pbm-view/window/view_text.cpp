@@ -1,4 +1,4 @@
-#include "window/view_text.h"
+#include "viewer/pbm-view/window/view_text.h"
 
 #include <array>
 #include <cstdio>

@@ -1,7 +1,7 @@
 // Texts of the window and of -v.
 #pragma once
 
-#include "window/overlay.h"
+#include "viewer/pbm-view/window/overlay.h"
 
 #include "viewer/navigation/camera_control.h"
 #include "viewer/scene/shown_model.h"

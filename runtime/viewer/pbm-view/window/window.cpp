@@ -1,4 +1,4 @@
-#include "window/window.h"
+#include "viewer/pbm-view/window/window.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -37,7 +37,7 @@ Error no_window(const std::string &what) {
             what + (why.empty() ? "" : ": " + why) + "; pbm-render draws without display and OpenGL"};
 }
 
-constexpr std::array<std::pair<int, Key>, 37> kKeys{{{GLFW_KEY_LEFT, Key::left},
+constexpr std::array<std::pair<int, Key>, 28> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_A, Key::left},
                                                      {GLFW_KEY_RIGHT, Key::right},
                                                      {GLFW_KEY_D, Key::right},
@@ -51,16 +51,7 @@ constexpr std::array<std::pair<int, Key>, 37> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_ENTER, Key::reset},
                                                      {GLFW_KEY_U, Key::up_axis},
                                                      {GLFW_KEY_C, Key::switch_camera},
-                                                     {GLFW_KEY_1, Key::view_front},
-                                                     {GLFW_KEY_2, Key::view_side},
-                                                     {GLFW_KEY_3, Key::view_top},
-                                                     {GLFW_KEY_4, Key::view_isometric},
-                                                     {GLFW_KEY_5, Key::projection},
                                                      {GLFW_KEY_B, Key::backs},
-                                                     {GLFW_KEY_6, Key::recall_6},
-                                                     {GLFW_KEY_7, Key::recall_7},
-                                                     {GLFW_KEY_8, Key::recall_8},
-                                                     {GLFW_KEY_9, Key::recall_9},
                                                      {GLFW_KEY_M, Key::measure},
                                                      {GLFW_KEY_X, Key::coordinates},
                                                      {GLFW_KEY_K, Key::clip},
@@ -75,14 +66,10 @@ constexpr std::array<std::pair<int, Key>, 37> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_F6, Key::panel_focus},
                                                      {GLFW_KEY_ESCAPE, Key::quit}}};
 // Pressed while Control is held.
-constexpr std::array<std::pair<int, Key>, 8> kControlKeys{{{GLFW_KEY_O, Key::open_dialog},
+constexpr std::array<std::pair<int, Key>, 4> kControlKeys{{{GLFW_KEY_O, Key::open_dialog},
                                                            {GLFW_KEY_R, Key::start_page},
                                                            {GLFW_KEY_C, Key::copy},
-                                                           {GLFW_KEY_S, Key::save_scene},
-                                                           {GLFW_KEY_6, Key::save_6},
-                                                           {GLFW_KEY_7, Key::save_7},
-                                                           {GLFW_KEY_8, Key::save_8},
-                                                           {GLFW_KEY_9, Key::save_9}}};
+                                                           {GLFW_KEY_S, Key::save_scene}}};
 constexpr std::array<std::pair<int, EditKey>, 13> kEditKeys{{{GLFW_KEY_BACKSPACE, EditKey::backspace},
                                                              {GLFW_KEY_DELETE, EditKey::erase},
                                                              {GLFW_KEY_ENTER, EditKey::enter},
@@ -173,8 +160,11 @@ void Window::receive_events() {
     glfwSetKeyCallback(window_, [](GLFWwindow *window, int key, int, int action, int modifiers) {
         // A key that was pressed without Control may be released with it.
         const bool control = (modifiers & GLFW_MOD_CONTROL) != 0 && action == GLFW_PRESS;
-        if (const auto known = control ? find(kControlKeys, key) : find(kKeys, key); known && action != GLFW_REPEAT)
-            events_of(window).push_back(KeyEvent{*known, action == GLFW_PRESS});
+        auto meant = control ? find(kControlKeys, key) : find(kKeys, key);
+        if (key >= GLFW_KEY_0 && key <= GLFW_KEY_9)
+            meant = control ? Key::control_digit : Key::digit;
+        if (meant && action != GLFW_REPEAT)
+            events_of(window).push_back(KeyEvent{*meant, action == GLFW_PRESS, key - GLFW_KEY_0});
         if (const auto known = find(kEditKeys, key))
             events_of(window).push_back(EditEvent{*known, action != GLFW_RELEASE});
     });

@@ -31,20 +31,9 @@ enum class Key {
     full_screen,
     quit,
     fit,
-    view_front,
-    view_side,
-    view_top,
-    view_isometric,
-    projection,
     backs,
-    recall_6,
-    recall_7,
-    recall_8,
-    recall_9,
-    save_6,
-    save_7,
-    save_8,
-    save_9,
+    digit,
+    control_digit,
     measure,
     coordinates,
     clip,
@@ -57,13 +46,14 @@ enum class Key {
     panel_focus,
     save_scene,
 };
-// Keys that edit a text field or move through the panel.
+// Keys that edit a text field or move through the panel, in the order of kKeys of overlay.cpp.
 enum class EditKey { backspace, erase, enter, cancel, left, right, home, end, up, down, tab, space };
 enum class MouseButton { left, middle, right };
 
 struct KeyEvent {
     Key key;
     bool pressed; // false: released. Key repeats are left out.
+    int digit;    // 0..9, of the keys named so
 };
 struct ButtonEvent {
     MouseButton button;
@@ -124,6 +114,10 @@ class Window {
     void toggle_full_screen();
     // Shows the framebuffer.
     void swap();
+    // Whether what the window shows is out of date: at first, and from `invalidate` to `validate`.
+    bool is_stale() const { return stale_; }
+    void invalidate() { stale_ = true; }
+    void validate() { stale_ = false; }
 
   private:
     explicit Window(GLFWwindow *window);
@@ -131,6 +125,7 @@ class Window {
 
     GLFWwindow *window_;
     std::vector<Event> events_;
+    bool stale_ = true;
     // Position and size outside of full screen, screen coordinates.
     glm::ivec2 windowed_place_{0}, windowed_size_{0};
 };

@@ -7,7 +7,7 @@
 // Dissertation section 7.1 asks for this.
 #pragma once
 
-#include "viewer/light/shadow_copy.h"
+#include "viewer/pbm-view/light/shadow_copy.h"
 #include "viewer/scene/shown_model.h"
 
 #include "system/threads/thread_pool.h"

@@ -1,6 +1,6 @@
-#include "viewer/measure/scale_bar.h"
+#include "viewer/pbm-view/measure/scale_bar.h"
 
-#include "viewer/measure/polyline.h"
+#include "viewer/pbm-view/measure/polyline.h"
 
 #include <array>
 #include <cmath>

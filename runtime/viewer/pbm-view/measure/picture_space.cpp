@@ -1,4 +1,4 @@
-#include "viewer/measure/picture_space.h"
+#include "viewer/pbm-view/measure/picture_space.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

@@ -1,4 +1,4 @@
-#include "viewer/light/model_notes.h"
+#include "viewer/pbm-view/light/model_notes.h"
 
 #include "pbm_format/container/layout.h"
 #include "pbm_format/model/material_presets.h"

@@ -1,4 +1,4 @@
-#include "viewer/measure/polyline.h"
+#include "viewer/pbm-view/measure/polyline.h"
 
 #include <glm/geometric.hpp>
 

@@ -1,8 +1,8 @@
-#include "viewer/light/scene_saver.h"
+#include "viewer/pbm-view/light/scene_saver.h"
 
 #include "pbm_format/writing/model_edit.h"
 #include "system/files/mapped_file.h"
-#include "viewer/light/light_motion.h"
+#include "viewer/pbm-view/light/light_motion.h"
 
 #include <utility>
 

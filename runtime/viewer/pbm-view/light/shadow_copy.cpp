@@ -1,4 +1,4 @@
-#include "viewer/light/shadow_copy.h"
+#include "viewer/pbm-view/light/shadow_copy.h"
 
 #include "pbm_bake/shadow_baker.h"
 #include "pbm_format/rasters/tiled_image.h"

@@ -1,7 +1,7 @@
-#include "viewer/light/moved_shadows.h"
+#include "viewer/pbm-view/light/moved_shadows.h"
 
 #include "system/threads/parallel.h"
-#include "viewer/light/light_motion.h"
+#include "viewer/pbm-view/light/light_motion.h"
 
 #include <algorithm>
 #include <new>

@@ -1,8 +1,8 @@
 // Writes lights, materials, palettes, up axis and view that a window shows into the model's file.
 #pragma once
 
-#include "viewer/light/model_notes.h"
-#include "viewer/light/shadow_copy.h"
+#include "viewer/pbm-view/light/model_notes.h"
+#include "viewer/pbm-view/light/shadow_copy.h"
 
 #include "pbm_format/reading/reader.h"
 #include "pbm_render/appearance/appearance.h"

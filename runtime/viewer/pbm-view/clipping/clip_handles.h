@@ -6,7 +6,7 @@
 
 #include "pbm_render/camera/camera.h"
 #include "pbm_render/camera/framing.h"
-#include "viewer/measure/picture_space.h"
+#include "viewer/pbm-view/measure/picture_space.h"
 
 #include <array>
 #include <optional>

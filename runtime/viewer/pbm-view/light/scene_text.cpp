@@ -1,4 +1,4 @@
-#include "viewer/light/scene_text.h"
+#include "viewer/pbm-view/light/scene_text.h"
 
 #include "pbm_format/model/material_presets.h"
 

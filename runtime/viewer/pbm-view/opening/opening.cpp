@@ -1,4 +1,4 @@
-#include "opening.h"
+#include "viewer/pbm-view/opening/opening.h"
 
 #include <new>
 #include <utility>
