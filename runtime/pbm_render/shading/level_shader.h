@@ -19,9 +19,12 @@ class LevelShader {
     LevelShader(const Model &model, int level, const Appearance &appearance, const PointShader &shader);
 
     // Returns the opaque sRGB colour, as pack_rgba, of point `index` where `pixel` shows it at `depth` (grid edges).
-    std::uint32_t shade(std::size_t index, glm::vec2 pixel, float depth) const;
+    std::uint32_t shade(std::size_t index, glm::vec2 pixel, float depth) const {
+        return is_special_ ? shade_as<true>(index, pixel, depth) : shade_as<false>(index, pixel, depth);
+    }
 
   private:
+    template <bool kSpecial> std::uint32_t shade_as(std::size_t index, glm::vec2 pixel, float depth) const;
     std::uint32_t colour(std::size_t index) const;
     float lit_fraction(std::size_t light, std::size_t index) const;
 
@@ -30,7 +33,11 @@ class LevelShader {
     const int level_;
     const std::array<ShadowSource, kMaxLights> &shadows_;
     const PointShader &shader_;
+    const bool is_special_;             // PointShader::is_special
     const std::uint8_t *const indices_; // into the palette; null: the colour has another source
 };
+
+extern template std::uint32_t LevelShader::shade_as<false>(std::size_t, glm::vec2, float) const;
+extern template std::uint32_t LevelShader::shade_as<true>(std::size_t, glm::vec2, float) const;
 
 } // namespace pbm
