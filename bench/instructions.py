@@ -25,7 +25,7 @@ EXPECTED = pathlib.Path(__file__).resolve().parent.parent / "tests" / "instructi
 # first frame that needs them; neither is part of a frame. What is subtracted: such a function.
 COUNTED = {"fast": ("fast", ["FastRenderer::render*", "PngBands::encode*"], "SurfaceOffsets::estimate"),
            "offsets": ("fast", ["SurfaceOffsets::estimate*"], None),
-           "reference": ("reference", ["ReferenceRenderer::render*"], None)}
+           "reference": ("reference", ["TableRenderer::render*"], None)}
 VIEWS = {"whole": [],  # splats of a pixel or two
          "coarse": ["--level", "6"],  # of a dozen pixels, and what a picture costs without any
          "dense": ["--resolution", "640,360", "--max-error", "0.5"]}  # more points than pixels

@@ -8,8 +8,8 @@
 // table_milliseconds: [round], time to compute the table.
 #include "pbm_format/model/normal.h"
 #include "pbm_render/camera/normal_table.h"
-#include "pbm_render/splats/splat.h"
-#include "pbm_render/splats/splat_kernels.h"
+#include "pbm_render/tables/splat_blocks.h"
+#include "pbm_render/tables/splat_kernels.h"
 
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
@@ -100,8 +100,9 @@ nlohmann::json measure(int rounds, int width, int height, const std::vector<floa
                 const ScreenNormal &normal = normals[p.normal];
                 const float size = radius * p.depth / static_cast<float>(projection.focal);
                 const float facing = glm::dot(normal.plane, glm::vec3(p.pixel, 1));
-                draw_splat<false>(project_splat(projection, normal, p.pixel, facing, {size, size / 0.87F, false}),
-                                  {p.pixel, p.depth, 1 / p.depth, i}, target);
+                draw_splat<false>(
+                    BlockShape(project_splat(projection, normal, p.pixel, facing, {size, size / 0.87F, false})),
+                    {p.pixel, p.depth, 1 / p.depth, i}, target);
             }));
         }
         const auto add = [&](const char *shape, const nlohmann::json &rates) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Includes go down only, between floors and between rooms; every third-party library has one home; no folder is crowded;
-programs link what their floor may.
+what is read first is short; programs link what their floor may.
 
   check_floors.py includes SOURCE_FOLDER     every file of ours
   check_floors.py links PROGRAM_FOLDER       every program there that has a rule
@@ -46,7 +46,7 @@ ROOMS = {
     "system": [".", "simd threads files", "processes"],
     "format_spec/pbm_format": ["law", "hashes", "model", "levels", "container", "streams", "chunks", "rasters", "reading", "checking", "writing"],
     "runtime/pbm_render": [
-        "camera picture", "appearance", "surroundings", "bricks", "splats shading", "detail", "fast fine reference"],
+        "camera picture", "appearance", "surroundings", "bricks", "splats shading", "detail", "fast fine reference tables"],
     "runtime/viewer": [
         "pictures", "options", "opening", "navigation", "scene", "pbm-render pbm-view/light pbm-view/measure",
         "pbm-view/clipping", "pbm-view/window", "pbm-view/drawing", "pbm-view/opening", "pbm-view"],
@@ -67,6 +67,7 @@ PORTABLE = re.compile(
     r"format_spec/pbm_format/(?!writing/)|runtime/pbm_(surface|bake|render)/|bindings/c/(?!files|builder)|bindings/web/")
 
 MOST_FILES = 17  # sources and headers that one folder shows
+MOST_LINES = {"runtime/pbm_render/reference": 300}  # folders that are read first
 
 # Header from outside -> the files that may include it; the first pattern that matches decides. A standard header that
 # is not named here may be included anywhere.
@@ -185,6 +186,11 @@ def check_folder(folder, count):
     return [f"{folder}: shows {count} sources, more than {MOST_FILES}: which rooms does it hide?"] if count > MOST_FILES else []
 
 
+def check_length(folder, lines):
+    most = MOST_LINES.get(folder, lines)
+    return [f"{folder}: has {lines} lines, more than {most}: it is to be plain"] if lines > most else []
+
+
 def check_cmake(path, text):
     text = re.sub(r"#.*", "", text)
     found = [re.search(names, text) for folder, names in CMAKE.items() if path.startswith(folder + "/")]
@@ -200,20 +206,22 @@ def check_links(program, libraries):
 
 
 def all_includes(source):
-    found, files, shown = [], 0, {}
+    found, files, shown, lines = [], 0, {}, {}
     for top in ("system", "format_spec", "command_line", "runtime", "tools", "data", "bindings"):
         for file in sorted((source / top).rglob("*")):
             path = file.relative_to(source).as_posix()
             if file.suffix in (".h", ".cpp"):
-                found += check_includes(path, file.read_text())
+                text = file.read_text()
+                found += check_includes(path, text)
                 folder = file.parent.relative_to(source).as_posix()
                 shown[folder] = shown.get(folder, 0) + 1
+                lines[folder] = lines.get(folder, 0) + len(text.splitlines())
                 files += 1
             elif file.name == "CMakeLists.txt":
                 found += check_cmake(path, file.read_text())
                 files += 1
     for folder, count in shown.items():
-        found += check_folder(folder, count)
+        found += check_folder(folder, count) + check_length(folder, lines[folder])
     for top in ("tests", "bench", "examples"):
         for file in (source / top).rglob("*.cpp"):
             if "#include <CLI/" in file.read_text():
@@ -283,6 +291,7 @@ def self_test():
         ("runtime/pbm_render/camera/camera.h", '#include "../../tools/pbm_scan/surface/surface.h"'),
         ("runtime/pbm_render/camera/camera.h", '#include "pbm_render/splats/splat.h"'),
         ("runtime/pbm_render/fine/fine_renderer.h", '#include "pbm_render/fast/fast_renderer.h"'),
+        ("runtime/pbm_render/reference/reference_renderer.cpp", '#include "pbm_render/tables/splat_blocks.h"'),
         ("runtime/pbm_render/detail/streamed_model.cpp", '#include "system/files/mapped_file.h"'),
         ("runtime/pbm_render/camera/camera.cpp", "#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>"),
         ("runtime/pbm_bake/shadow_map.h", '#include "pbm_render/camera/camera.h"'),
@@ -361,12 +370,13 @@ def self_test():
     wrong += [f"accepted: {case}" for case in bad_cmake if not check_cmake(*case)]
     wrong += [f"accepted: {case}" for case in bad_links if not check_links(*case)]
     wrong += [f"accepted: {case}" for case in bad_folders if not check_folder(*case)]
-    page = "".join(f"| `{floor}/` | |" + "".join(f" `{room.split('/')[-1]}/`" for rooms in ROOMS.get(floor, [])
+    page = "".join(f"| `{floor}/` | |" + "".join(f" `{room}/`" for rooms in ROOMS.get(floor, [])
                    for room in rooms.split()) + " |\n" for floor in FLOORS)
     bad_pages = [page.replace("`splats/` ", ""), page.replace("| `runtime/pbm_bake/` | |", "| other | |"),
                  page.replace("`law/`", "").replace("`writing/`", "`writing/` `law/`")]
     wrong += [f"accepted: page {number}" for number, bad in enumerate(bad_pages) if not check_page(bad)]
     wrong += check_page(page)
+    wrong += [f"accepted: {folder}" for folder, most in MOST_LINES.items() if not check_length(folder, most + 1)]
     good = "\tlinux-vdso.so.1 (0x1)\n\tlibzstd.so.1 => /lib/libzstd.so.1 (0x1)"
     wrong += check_links("pbm-render", good)
     return wrong, len(bad_includes) + len(good_includes) + len(bad_cmake) + len(bad_folders) + len(bad_links) + len(bad_pages) + 2

@@ -111,13 +111,6 @@ double psnr(const FidelityFigures &figures) {
                            static_cast<double>(figures.squared_error));
 }
 
-Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level) {
-    return [&renderer, &grid, level](const Camera &camera, Drawing &drawing) {
-        drawing.drawn = renderer.render(camera, {}, drawing.picture, {.level = level});
-        drawing.voxels.assign(drawing.voxels.size(), static_cast<float>(grid.voxel_size_at(drawing.drawn.level)));
-    };
-}
-
 namespace {
 
 // Writes for each pixel the voxel edge of its level: the level which gives the same depth when drawn alone. Empty

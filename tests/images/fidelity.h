@@ -6,6 +6,7 @@
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/reference/reference_renderer.h"
+#include "pbm_render/tables/table_renderer.h"
 #include "ray_tracer.h"
 
 #include <array>
@@ -70,8 +71,13 @@ double psnr(const FidelityFigures &figures);
 // Fills a drawing, whose size is already set.
 using Draw = std::function<void(const Camera &camera, Drawing &drawing)>;
 
-// Draws one level by the reference renderer. Both references must outlive the result.
-Draw draw_level(const ReferenceRenderer &renderer, const Grid &grid, int level);
+// Draws one level by a ReferenceRenderer or TableRenderer. Both references must outlive the result.
+template <class Renderer> Draw draw_level(const Renderer &renderer, const Grid &grid, int level) {
+    return [&renderer, &grid, level](const Camera &camera, Drawing &drawing) {
+        drawing.drawn = renderer.render(camera, {}, drawing.picture, {level});
+        drawing.voxels.assign(drawing.voxels.size(), static_cast<float>(grid.voxel_size_at(drawing.drawn.level)));
+    };
+}
 // Draws by the fast renderer as the programs do, or by the fine renderer if it is given. Mixes levels: voxels are at
 // most `max_error` pixels where a finer level exists; no level is finer than `finest`. Throws if the model cannot be
 // loaded. `change` may change the runs before they are drawn.

@@ -74,14 +74,18 @@ void expect_no_holes(const std::vector<View> &views, const std::string &what) {
 TEST_P(ClosedMesh, HasNoHolesInTheReferenceFromEightViewsAtDepths8To10) {
     Subject &it = subject();
     const ReferenceRenderer reference(it.model);
+    const TableRenderer tables(it.model);
     // About one and two pixels per voxel. In closer views the edges end up to 0.6 voxels early, because points on sharp
     // edges may have a mean normal that faces away.
     struct Picture {
         int level, width, height;
     };
-    for (const auto &[level, width, height] : {Picture{8, 640, 360}, Picture{9, 1280, 720}, Picture{10, 1280, 720}})
+    for (const auto &[level, width, height] : {Picture{8, 640, 360}, Picture{9, 1280, 720}, Picture{10, 1280, 720}}) {
         expect_no_holes(it.measure(draw_level(reference, it.model.parameters.grid, level), width, height),
                         "reference, level " + std::to_string(level));
+        expect_no_holes(it.measure(draw_level(tables, it.model.parameters.grid, level), width, height),
+                        "tables, level " + std::to_string(level));
+    }
 }
 
 // The picture sizes give voxels from half of max_error up to max_error.

@@ -11,7 +11,8 @@ FORBIDDEN = [re.compile(pattern) for pattern in (
     r"(open|openat|creat|mmap|munmap|stat|fstat|rename|unlink|pipe2?|v?fork|exec[vl]\w*|posix_spawn\w*|waitpid|kill)(64)?",
     r".*\bpbm::(MappedFile|FileReplacement|FileDescriptor|ChildProcess|encode_model|write_model)\b.*",
 )]
-NEEDED = ("ZSTD_decompress", "pbm::StreamedModel::", "pbm::FastRenderer::", "pbm::FineRenderer::", "pbm::ReferenceRenderer::")
+NEEDED = ("ZSTD_decompress", "pbm::StreamedModel::", "pbm::FastRenderer::", "pbm::FineRenderer::", "pbm::ReferenceRenderer::",
+          "pbm::TableRenderer::")
 
 
 def is_forbidden(symbol):

@@ -6,6 +6,7 @@
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/reference/reference_renderer.h"
+#include "pbm_render/tables/table_renderer.h"
 
 #include <array>
 #include <cstdio>
@@ -16,11 +17,12 @@ using namespace pbm;
 
 constexpr int kWidth = 64, kHeight = 48; // pixels
 
-Framebuffer draw_model(Reader &reader, const Camera &camera) {
+// The picture of each renderer that draws whole models.
+template <class Renderer> Framebuffer draw_model(Reader &reader, const Camera &camera) {
     const Result<Model> model = load_model(reader);
     Framebuffer picture(kWidth, kHeight);
     if (model)
-        ReferenceRenderer(*model).render(camera, {}, picture);
+        Renderer(*model).render(camera, {}, picture);
     return picture;
 }
 
@@ -68,7 +70,8 @@ int main() {
                     draw<FineRenderer>(streamed, sparse.get(), file, camera));
     sparse->fill(0, file);
     Reader first = Reader::open(file).value(), second = Reader::open(source).value();
-    is_same &= same(draw_model(first, camera), draw_model(second, camera));
+    is_same &= same(draw_model<ReferenceRenderer>(first, camera), draw_model<ReferenceRenderer>(second, camera));
+    is_same &= same(draw_model<TableRenderer>(first, camera), draw_model<TableRenderer>(second, camera));
     std::puts(is_same ? "the same pictures" : "different pictures");
     return is_same ? 0 : 1;
 }

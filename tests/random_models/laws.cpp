@@ -10,6 +10,7 @@
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/reference/reference_renderer.h"
 #include "pbm_render/surroundings/surroundings.h"
+#include "pbm_render/tables/table_renderer.h"
 
 #include <memory>
 
@@ -47,6 +48,7 @@ std::string draw(ByteView file, const Model &model) {
     FastRenderer(model.parameters, chunk_points, 1, surroundings).render(detail->runs, view.camera, options, target);
     FineRenderer(model.parameters, chunk_points, 1, surroundings).render(detail->runs, view.camera, options, target, 2);
     ReferenceRenderer(model, surroundings).render(view.camera, options, target);
+    TableRenderer(model, surroundings).render(view.camera, options, target);
     const std::vector<Error> errors = surroundings->take_errors();
     return errors.empty() ? "" : "valid, but a tile is not: " + errors.front().message;
 }

@@ -37,7 +37,7 @@ Json describe(const std::filesystem::path &file, const Json &before) {
     };
     add("fast", scene.fast());
     add("fine", scene.fine());
-    add("reference", scene.reference(model));
+    add("reference", scene.tables(model));
     return entry;
 }
 

@@ -12,7 +12,7 @@ namespace pbm {
 
 // A brick whose points may be seen.
 struct VisibleBrick {
-    float u, v, w;            // M * (centre of its first voxel), see TransformTable
+    float u, v, w;            // M * (centre of its first voxel), see Projection
     std::uint32_t brick;      // index in the chunk
     std::int32_t top, bottom; // its points touch rows top .. bottom - 1 only
     std::int32_t left, right; // and columns left .. right - 1

@@ -41,9 +41,13 @@ std::span<VisibleBrick> DrawnRuns::find_visible(std::size_t index, const FrameGe
     DrawnRun &run = drawn_[index];
     const std::span<VisibleBrick> room(bricks_.data() + run.first_brick, run.geometry.run->chunk->bricks.size());
     run.seen = find_visible_bricks(run.geometry, frame, room);
-    if (const ChunkOffsets *offsets = runs_[index].offsets; offsets != nullptr && run.seen > 0)
-        offsets->estimate(*runs_[index].chunk, room.first(run.seen));
     return room.first(run.seen);
+}
+
+void DrawnRuns::estimate_offsets(std::size_t index) const {
+    const DrawnRun &run = drawn_[index];
+    if (const ChunkOffsets *offsets = runs_[index].offsets; offsets != nullptr && run.seen > 0)
+        offsets->estimate(*runs_[index].chunk, std::span(bricks_).subspan(run.first_brick, run.seen));
 }
 
 void DrawnRuns::find_rows(std::size_t index, const FrameGeometry &frame) {

@@ -40,6 +40,9 @@ class DrawnRuns {
     void cull(std::size_t run, const FrameGeometry &frame) {
         cull(run, frame, [](const RunGeometry &, std::span<VisibleBrick>) {});
     }
+    // Estimates the surface offsets of those visible bricks of a run that face the eye, if it has offsets. Call this
+    // after `cull`; threads may do so for different runs.
+    void estimate_offsets(std::size_t run) const;
 
     // Calls work(run, its seen bricks, id of its chunk's first point) for runs that touch rows top .. bottom - 1.
     template <class Work> void for_each_in_rows(int top, int bottom, Work &&work) const {

@@ -4,7 +4,7 @@
 #include "pbm_format/model/normal.h"
 #include "pbm_format/model/streams.h"
 #include "pbm_render/camera/normal_table.h"
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 
 #include <glm/vec3.hpp>
 

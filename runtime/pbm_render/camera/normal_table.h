@@ -1,9 +1,8 @@
 // Per-frame tables of the 8,192 normals, looked up per point.
-// Based on: Zhang, Hoff. Fast Backface Culling Using Normal Masks. 1997; Botsch, Wiratanaya, Kobbelt. Efficient High
-// Quality Rendering of Point Sampled Geometry. 2002
+// Based on: Botsch, Wiratanaya, Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002
 #pragma once
 
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 
 #include <glm/vec3.hpp>
 
@@ -36,23 +35,11 @@ std::span<const float> splat_thickness(); // voxel edges, [kNormalCount]
 // [kNormalCount]
 std::vector<ScreenNormal> transform_normals(const Projection &projection);
 
-// Which way a normal faces, for all points within a cube.
-enum class Facing : std::uint8_t {
-    away,  // away from the eye, everywhere in the cube
-    some,  // depends on the point
-    front, // towards the eye, everywhere in the cube
-    both,  // two-sided
-};
-
 // A point faces away if (normal . unit ray from the eye) exceeds this. Normals are averages over a voxel, and the
 // surface within the voxel may still show part of its front.
 inline constexpr float kFacingSlack = 0.1F;
 
 // Radii of splats in grid edges, by radius index.
 const std::array<float, 256> &radius_table();
-
-// One entry per stored normal value, two-sided bit included: [2 * kNormalCount]. The entries hold for every point of
-// the cube with this centre and half edge, in model space.
-void mark_facing(const glm::dvec3 &eye, const glm::dvec3 &centre, double half_edge, std::vector<Facing> &facing);
 
 } // namespace pbm

@@ -3,7 +3,7 @@
 #include "pbm_format/model/normal.h"
 #include "pbm_format/streams/predictions.h"
 #include "pbm_render/camera/normal_table.h"
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 #include "pbm_render/camera/unit_grid.h"
 
 #include <glm/common.hpp>

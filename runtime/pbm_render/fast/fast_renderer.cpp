@@ -134,12 +134,14 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     const SurroundingsView surroundings(frame.surroundings.get(), appearance, projection, options);
     std::optional<PointShader> shader;
     frame.pool->run(frame.runs.size() + 1, [&](std::size_t item, std::size_t) {
-        if (item == 0) // first, since it takes longest
+        if (item == 0) { // first, since it takes longest
             shader.emplace(frame.parameters, appearance, projection, &surroundings, options, false);
-        else
-            frame.runs.cull(item - 1, geometry, [&](const RunGeometry &run, std::span<VisibleBrick> seen) {
-                bound_bricks(geometry, run, seen);
-            });
+            return;
+        }
+        frame.runs.cull(item - 1, geometry, [&](const RunGeometry &run, std::span<VisibleBrick> seen) {
+            bound_bricks(geometry, run, seen);
+        });
+        frame.runs.estimate_offsets(item - 1);
     });
 
     const int rows = strip_rows(target, frame.pool->threads());
@@ -197,7 +199,7 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameView &view
                               : is_plain            ? nullptr
                                                     : row_depths.data();
         const PixelRow to{colours, depths, width, edge};
-        read_row(strip, y, background, to, covered);
+        write_row(strip, y, background, to, covered);
         reader.read(covered, y, shaded, points);
         if (!view.shader.has_shaded_normals())
             shade_points(view.lighting, {covered.x.data(), covered.depth.data(), static_cast<float>(y) + 0.5F}, points);

@@ -1,5 +1,5 @@
 // The fast renderer: culls bricks, projects their points and draws them with SIMD into strips of the picture that stay
-// in the cache; it shades visible pixels only. Its pictures show what those of the reference renderer show.
+// in the cache; it shades visible pixels only. Its pictures show what those of the ReferenceRenderer show.
 // Based on: Rusinkiewicz, Levoy. QSplat. 2000 (level by projected size, normal cones); Zwicker, Pfister, van Baar,
 // Gross. EWA Splatting. 2002 (shape of a splat, see splat.h)
 // Stability: stable.

@@ -13,7 +13,7 @@ namespace pbm::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-void read_row(const DepthStrip &strip, int y, std::uint32_t background, const PixelRow &to, CoveredPixels &covered) {
+void write_row(const DepthStrip &strip, int y, std::uint32_t background, const PixelRow &to, CoveredPixels &covered) {
     const auto [colours, depths, width, scale] = to; // copies: the stores below cannot alias them
     const Floats d;
     const Ints di;
@@ -54,14 +54,14 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace pbm {
 
-HWY_EXPORT(read_row);
+HWY_EXPORT(write_row);
 
 // Padded: the last store of a row writes a whole SIMD vector.
 CoveredPixels::CoveredPixels(int width)
     : x(static_cast<std::size_t>(width) + kLaneNumbers.size()), id(x.size()), depth(x.size()) {}
 
-void read_row(const DepthStrip &strip, int y, std::uint32_t background, const PixelRow &to, CoveredPixels &covered) {
-    HWY_DYNAMIC_DISPATCH(read_row)(strip, y, background, to, covered);
+void write_row(const DepthStrip &strip, int y, std::uint32_t background, const PixelRow &to, CoveredPixels &covered) {
+    HWY_DYNAMIC_DISPATCH(write_row)(strip, y, background, to, covered);
 }
 
 } // namespace pbm

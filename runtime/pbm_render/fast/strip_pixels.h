@@ -19,8 +19,8 @@ struct CoveredPixels {
     std::vector<float> depth;     // grid edges
 };
 
-// Reads row `y` of the strip: fills the colours of `to` with `background`, writes the depths if `to` has them
-// (+infinity stays +infinity), and lists the pixels that show a point.
-void read_row(const DepthStrip &strip, int y, std::uint32_t background, const PixelRow &to, CoveredPixels &covered);
+// Fills the colours of `to`, row `y` of the strip, with `background`, writes its depths if `to` has them (+infinity
+// stays +infinity), and lists in `covered` the pixels that show a point, whose colours are still to come.
+void write_row(const DepthStrip &strip, int y, std::uint32_t background, const PixelRow &to, CoveredPixels &covered);
 
 } // namespace pbm

@@ -149,10 +149,12 @@ RenderStatistics FineRenderer::add_sample(const std::atomic<bool> *stop) {
     const Sample sample{offset, geometry};
     frame.runs.begin_view(geometry);
     frame.pool->run(frame.runs.size(), [&](std::size_t run, std::size_t) {
-        if (!stopped())
-            frame.runs.cull(run, geometry, [&](const RunGeometry &of, std::span<VisibleBrick> seen) {
-                widen_bricks(geometry, of, seen);
-            });
+        if (stopped())
+            return;
+        frame.runs.cull(run, geometry, [&](const RunGeometry &of, std::span<VisibleBrick> seen) {
+            make_bricks_soft(geometry, of, seen);
+        });
+        frame.runs.estimate_offsets(run);
     });
     if (stopped())
         return {};
@@ -196,7 +198,7 @@ std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample,
                               [&](const RunGeometry &run, std::span<const VisibleBrick> seen, std::uint32_t first_id) {
                                   drawn += add_backs(geometry, run, seen, first_id, at.visible, at.farthest, at.backs);
                               });
-        draw_backs(geometry, at.backs, at.farthest, at.visible);
+        draw_and_keep_visible(geometry, at.backs, at.farthest, at.visible);
     }
     blend(geometry, at);
     const EyeRays rays{sample.geometry.middle_x, sample.geometry.middle_y, sample.geometry.inverse_focal};

@@ -399,7 +399,8 @@ std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std:
     return added;
 }
 
-void draw_backs(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest, DepthStrip &strip) {
+void draw_and_keep_visible(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest,
+                           DepthStrip &strip) {
     for (const std::unique_ptr<StripPoints::Block> &block : backs.blocks())
         draw_visible_backs(StripRun{frame, *block->run, strip}, block->points, farthest, strip);
 }
@@ -426,7 +427,7 @@ namespace pbm {
 
 HWY_EXPORT(draw_fronts);
 HWY_EXPORT(add_backs);
-HWY_EXPORT(draw_backs);
+HWY_EXPORT(draw_and_keep_visible);
 HWY_EXPORT(blend_points);
 
 std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
@@ -439,8 +440,9 @@ std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std:
     return HWY_DYNAMIC_DISPATCH(add_backs)(frame, run, seen, first_id, strip, farthest, backs);
 }
 
-void draw_backs(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest, DepthStrip &strip) {
-    HWY_DYNAMIC_DISPATCH(draw_backs)(frame, backs, farthest, strip);
+void draw_and_keep_visible(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest,
+                           DepthStrip &strip) {
+    HWY_DYNAMIC_DISPATCH(draw_and_keep_visible)(frame, backs, farthest, strip);
 }
 
 void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,
@@ -448,7 +450,7 @@ void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const Str
     HWY_DYNAMIC_DISPATCH(blend_points)(frame, strip, points, looks, surface);
 }
 
-void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<VisibleBrick> seen) {
+void make_bricks_soft(const FrameGeometry &frame, const RunGeometry &run, std::span<VisibleBrick> seen) {
     for (VisibleBrick &it : seen)
         it.block = 0;
     bound_bricks(frame, run, seen);

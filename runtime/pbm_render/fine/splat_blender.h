@@ -28,7 +28,7 @@ inline constexpr float kBandCosine = 0.25F;
 // All functions below expect runs with surface offsets.
 
 // Draws the fronts of the bricks in `seen` that touch the strip's rows, every point as an ellipse. The bounds of bricks
-// must include those of soft splats, see widen_bricks. Point i of the chunk has the id `first_id` + i. Appends the
+// must include those of soft splats, see make_bricks_soft. Point i of the chunk has the id `first_id` + i. Appends the
 // points that face the eye to `fronts`, and the points of the same bricks that face away to `backs`. Returns the number
 // of points; each point counts in one strip only.
 std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
@@ -40,7 +40,7 @@ std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std:
                         std::uint32_t first_id, const DepthStrip &strip, FarthestDepths &farthest, StripPoints &backs);
 
 // Draws the backs that may be visible as ellipses, and removes the others. `farthest`: as for add_backs.
-void draw_backs(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest, DepthStrip &strip);
+void draw_and_keep_visible(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest, DepthStrip &strip);
 
 // Blends points into `surface`, which has the strip's depths. Accesses stay in bounds if the bytes of a mapped chunk
 // change.
@@ -51,6 +51,6 @@ void blend_points(const FrameGeometry &frame, const DepthStrip &strip, const Str
 inline constexpr float kBrickReach = 12.2F;
 
 // Makes all bricks draw ellipses (VisibleBrick::block = 0), and computes their bounds as soft splats.
-void widen_bricks(const FrameGeometry &frame, const RunGeometry &run, std::span<VisibleBrick> seen);
+void make_bricks_soft(const FrameGeometry &frame, const RunGeometry &run, std::span<VisibleBrick> seen);
 
 } // namespace pbm

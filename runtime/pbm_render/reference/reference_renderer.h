@@ -1,7 +1,10 @@
-// The simplest renderer: the dissertation's traversal of the octree draws every point of one level in order. It is the
-// oracle of the faster renderers and the baseline of all speed figures.
-// Based on: Botsch, Wiratanaya, Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002, section 4;
-// dissertation sections 4.4 and 5.8
+// The plain renderer: draws the points of one detail level one after the other, without tables, SIMD or threads. It is
+// the oracle of all other renderers, and what to read first. docs/explanation/rendering.md says why pictures are drawn
+// so.
+//
+// BVG.md 4 (the octree whose child masks give the positions), 6 (normals, radii, colours, materials and shadows)
+// Based on: dissertation sections 4.4 (traversal, projection, splats) and 4.6 (shading); Botsch, Wiratanaya, Kobbelt.
+// Efficient High Quality Rendering of Point Sampled Geometry. 2002
 // Stability: experimental.
 #pragma once
 
@@ -10,7 +13,6 @@
 #include "pbm_render/camera/camera.h"
 #include "pbm_render/picture/framebuffer.h"
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <utility>
@@ -20,39 +22,32 @@ namespace pbm {
 
 class ModelSurroundings; // pbm_render/surroundings/frame_surroundings.h
 
-// Shape of a drawn point: the exact image of a disc, or a stencil from the dissertation's table.
-enum class Splats : std::uint8_t { ellipses, kernels };
-
-struct ReferenceOptions {
-    int level = kMaxDepth; // detail level, clamped to the finest one of the model
-    Splats splats = Splats::ellipses;
-};
-
 class ReferenceRenderer {
   public:
     // `model` must be well formed (the reader verifies that), must not change and must outlive the renderer. It holds
     // all levels from the root to some level. Without `surroundings` the background has one colour.
-    explicit ReferenceRenderer(const Model &model, std::shared_ptr<const ModelSurroundings> surroundings = nullptr);
+    explicit ReferenceRenderer(const Model &model, std::shared_ptr<const ModelSurroundings> surroundings = nullptr)
+        : model_(model), surroundings_(std::move(surroundings)), appearance_(model.parameters),
+          offsets_(model.levels.size()) {}
 
     // Sets the surface offsets of all points of a level, as SurfaceOffsets estimates them, from the next frame on. An
     // empty vector removes them.
     void set_offsets(int level, std::vector<std::int8_t> offsets);
 
-    // Takes effect with the next frame: only per-frame tables depend on the appearance.
+    // Takes effect with the next frame.
     void set_appearance(Appearance appearance) { appearance_ = std::move(appearance); }
 
-    // Draws one frame; overwrites all of `target`, which must have depths. Depths are those of object and ground; the
-    // panorama has none. The camera must be usable. Single-threaded and deterministic.
+    // Draws one frame of a detail level, which is clamped to the finest one of the model. Overwrites all of `target`,
+    // which must have depths. Depths are those of object and ground; the panorama has none. The camera must be usable.
+    // Single-threaded and deterministic. Of points at the same depth, the first of the level shows.
     RenderStatistics render(const Camera &camera, const RenderOptions &options, Framebuffer &target,
-                            const ReferenceOptions &own = {}) const;
+                            int level = kMaxDepth) const;
 
   private:
     const Model &model_;
     const std::shared_ptr<const ModelSurroundings> surroundings_;
     Appearance appearance_;
     std::vector<std::vector<std::int8_t>> offsets_; // [level][point]; empty: no offsets
-    // [level][octant grid]: index of its first node; each level ends with a sentinel (subtree_starts).
-    std::vector<std::vector<std::uint64_t>> octant_starts_;
 };
 
 } // namespace pbm

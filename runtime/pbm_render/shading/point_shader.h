@@ -6,7 +6,7 @@
 #include "pbm_render/appearance/appearance.h"
 #include "pbm_render/appearance/shade_table.h"
 #include "pbm_render/camera/normal_table.h"
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 #include "pbm_render/surroundings/frame_surroundings.h"
 
 #include <glm/vec2.hpp>

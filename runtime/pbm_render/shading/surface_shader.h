@@ -4,7 +4,7 @@
 #pragma once
 
 #include "pbm_render/appearance/appearance.h"
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 #include "pbm_render/picture/framebuffer.h"
 
 #include <array>

@@ -1,10 +1,12 @@
 #include "pbm_render/splats/near_splat.h"
 
+#include "pbm_render/picture/framebuffer.h"
 #include "pbm_render/splats/depth_strip.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace pbm {
 namespace {
@@ -73,6 +75,23 @@ void draw_near(std::span<const NearSplat> splats, const FrameGeometry &frame, De
                         pixels[i] = std::min(pixels[i], DepthStrip::pixel(depths[i], splat.id));
             }
     }
+}
+
+bool draw_near(const NearSplat &splat, const FrameGeometry &frame, Framebuffer &target) {
+    const PixelBox box = bounds_of(splat, frame, {0, target.width, 0, target.height});
+    if (box.left >= box.right)
+        return false;
+    std::vector<float> depths(static_cast<std::size_t>(box.right - box.left));
+    for (int row = box.top; row < box.bottom; ++row) {
+        find_depths(splat, frame, row, box.left, depths);
+        const auto first = static_cast<std::size_t>(std::ptrdiff_t{row} * target.width + box.left);
+        for (std::size_t i = 0; i < depths.size(); ++i)
+            if (depths[i] < target.depth[first + i]) {
+                target.depth[first + i] = depths[i];
+                target.colour[first + i] = splat.id;
+            }
+    }
+    return true;
 }
 
 } // namespace pbm

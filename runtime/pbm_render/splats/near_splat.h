@@ -13,6 +13,7 @@
 namespace pbm {
 
 struct DepthStrip;
+struct Framebuffer;
 
 // A point nearer to the eye, in depth, than kMinRadii splat radii + kMinVoxels voxels is drawn as such a disc. Points
 // that are drawn as blocks of pixels are always farther away.
@@ -42,5 +43,8 @@ void find_depths(const NearSplat &splat, const FrameGeometry &frame, int y, int 
 
 // Draws the splats where they are nearer than the strip's depths.
 void draw_near(std::span<const NearSplat> splats, const FrameGeometry &frame, DepthStrip &strip);
+// Draws a splat where it is nearer than the depths of `target`, which are grid edges; its id stands for its colour.
+// Returns false if it lies outside of the picture.
+bool draw_near(const NearSplat &splat, const FrameGeometry &frame, Framebuffer &target);
 
 } // namespace pbm

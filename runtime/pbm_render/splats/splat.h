@@ -1,4 +1,4 @@
-// Computes and draws the image of a point on the screen: an ellipse.
+// Computes the image of a point on the screen: an ellipse.
 // Based on: Zwicker, Pfister, van Baar, Gross. EWA Splatting. 2002 (an ellipsoid under the local affine map); Botsch,
 // Wiratanaya, Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002; Rusinkiewicz, Levoy. QSplat.
 // 2000
@@ -14,15 +14,13 @@
 #pragma once
 
 #include "pbm_render/camera/normal_table.h"
-#include "pbm_render/picture/framebuffer.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
-#include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <optional>
 
 namespace pbm {
@@ -54,14 +52,13 @@ inline constexpr float kBlockOutlineInset = 0.6F, kPlacedBlockOutlineInset = 0.5
 inline constexpr float kPlacedCone = 0.7F;
 
 // The image of a splat at depth 1, for one normal, radius and ray direction; points of one normal and radius in a small
-// part of the screen share it. At depth z the ellipse is scaled by 1 / z, the slope by z. Each member but box and shift
-// holds one number four times, for four pixels.
+// part of the screen share it. At depth z the ellipse is scaled by 1 / z, the slope by z.
 struct SplatShape {
-    Float4 box;              // left, right, top, bottom of the ellipse, from the point
-    Float4 shift;            // from the point to the middle of the ellipse: x, x, y, y
-    Float4 xx, xy, yy;       // pixel (x, y) from the middle is inside if x (xx x + xy y) + yy y^2 <= 1
-    Float4 slope_x, slope_y; // of the depth, model units per pixel
-    Float4 depth_shift;      // from the point's depth to the middle's, model units, at any depth
+    glm::vec2 shift;   // from the point to the middle of the ellipse
+    glm::vec2 reach;   // half the edges of the box around the ellipse
+    float xx, xy, yy;  // pixel (x, y) from the middle is inside if x (xx x + xy y) + yy y^2 <= 1
+    glm::vec2 slope;   // of the depth, model units per pixel
+    float depth_shift; // from the point's depth to the middle's, model units, at any depth
 };
 
 // Sizes in model space. A two-sided splat stays at its voxel's centre.
@@ -72,117 +69,53 @@ struct SplatSize {
     std::optional<float> offset = {}; // voxel edges; if present, the splat is placed
 };
 
-// Shape of a splat with this normal, seen through `pixel`. `facing` = normal.plane . (pixel, 1).
-SplatShape project_splat(const Projection &projection, const ScreenNormal &normal, glm::vec2 pixel, float facing,
-                         SplatSize size);
-
-// Loads or stores two pixels of a row and the two below them.
-template <class T> Int4 load_block(const T *pixel, std::ptrdiff_t stride) {
-    std::int64_t upper, lower;
-    std::memcpy(&upper, pixel, sizeof upper);
-    std::memcpy(&lower, pixel + stride, sizeof lower);
-    return reinterpret_cast<Int4>(Long2{upper, lower});
-}
-template <class T> void store_block(T *pixel, std::ptrdiff_t stride, Int4 block) {
-    const Long2 rows = reinterpret_cast<Long2>(block);
-    const std::int64_t upper = rows[0], lower = rows[1];
-    std::memcpy(pixel, &upper, sizeof upper);
-    std::memcpy(pixel + stride, &lower, sizeof lower);
-}
-
-// Values that all pixels of one splat share.
-struct SplatPixels {
-    Float4 depth, at_middle; // of the point; in the middle of the ellipse
-    Float4 inside;           // the quadratic form's value on the outline
-    Float4 cone;             // added to the depth per unit of the quadratic form
-    Int4 indices;            // of the point
-};
-
-// Position of two pixels of a row and the two below them.
-struct PixelBlock {
-    float *depths;          // of the upper left pixel
-    std::uint32_t *indices; // the same
-    std::ptrdiff_t stride;  // between rows, pixels
-};
-
-// Draws those pixels of a block whose bits in `allowed` are all set. (x, y): pixel centres from the ellipse's middle.
-template <bool kCone>
-inline void draw_block(const SplatShape &shape, const SplatPixels &splat, Float4 x, Float4 y, const PixelBlock &to,
-                       Int4 allowed = Int4{-1, -1, -1, -1}) {
-    const auto [depths, indices, stride] = to;
-    const Float4 form = x * (shape.xx * x + shape.xy * y) + shape.yy * y * y;
-    Float4 z = splat.depth * (shape.slope_x * x + shape.slope_y * y) + splat.at_middle;
-    if constexpr (kCone)
-        z += splat.cone * form;
-    const Int4 old_depths = load_block(depths, stride);
-    const Int4 old_indices = load_block(indices, stride);
-    const Int4 wins = (form <= splat.inside) & (z < reinterpret_cast<Float4>(old_depths)) & allowed;
-    // Pixels that do not win, and those beside the box, are written back unchanged.
-    store_block(depths, stride, (reinterpret_cast<Int4>(z) & wins) | (old_depths & ~wins));
-    store_block(indices, stride, (splat.indices & wins) | (old_indices & ~wins));
-}
-
-// Draws all blocks of a box (left, right, top, bottom).
-template <bool kCone>
-void draw_blocks(const SplatShape &shape, const SplatPixels &splat, Float4 first_x, Float4 y, Int4 box,
-                 Framebuffer &target);
-
-// The screen position and index of a point.
-struct ScreenPoint {
-    glm::vec2 pixel;
-    float depth, inverse_depth; // depth > 0
-    std::uint32_t index;
-};
-
-// Draws a splat: the pixels whose centres lie in the ellipse and that are nearer than the present depth. The part
-// outside the framebuffer is clipped. kCone: depths at the outline lie `cone` behind the plane.
-template <bool kCone>
-inline void draw_splat(const SplatShape &shape, const ScreenPoint &drawn, Framebuffer &target, float cone = 0) {
-    const auto [pixel, depth, inverse_depth, index] = drawn;
-    const Float4 scale = Float4{} + inverse_depth;
-    const Float4 point{pixel.x, pixel.x, pixel.y, pixel.y};
-    // Pixel i is inside if its centre i + 0.5 is. So the first is floor(edge + 0.5), clamped to the framebuffer.
-    const Float4 edges = point + scale * shape.box + 0.5F;
-    const Float4 inner = edges > Float4{} ? edges : Float4{};
-    const Int4 box = __builtin_convertvector(inner < target.limits ? inner : target.limits, Int4);
-    const int left = box[0], right = box[1], top = box[2], bottom = box[3];
-    if (left >= right || top >= bottom)
-        return;
-
-    const Float4 first = __builtin_convertvector(box, Float4) + 0.5F - (point + scale * shape.shift);
-    const Float4 first_x = first[0] + Float4{0, 1, 0, 1};
-    const Float4 y = first[2] + Float4{0, 0, 1, 1};
-    const Float4 inside = scale * scale;
-    const SplatPixels splat{.depth = Float4{} + depth,
-                            .at_middle = shape.depth_shift + depth,
-                            .inside = inside,
-                            .cone = kCone ? cone / inside : Float4{},
-                            .indices = Int4{} + static_cast<std::int32_t>(index)};
-    if (right - left > 2 || bottom - top > 2 || right == target.width)
-        return draw_blocks<kCone>(shape, splat, first_x, y, box, target);
-    const std::ptrdiff_t stride = target.width; // a single block suffices for most splats of a whole model
-    const std::ptrdiff_t at = top * stride + left;
-    draw_block<kCone>(shape, splat, first_x, y, {target.depth.data() + at, target.colour.data() + at, stride});
-}
-
-// Draws the one pixel that holds the splat's middle, for ellipses at most a pixel wide.
-inline void draw_pixel(const SplatShape &shape, const ScreenPoint &drawn, Framebuffer &target) {
-    const auto [pixel, depth, inverse_depth, index] = drawn;
-    const glm::vec2 middle = pixel + inverse_depth * glm::vec2(shape.shift[0], shape.shift[2]);
-    const bool inside = middle.x >= 0 && middle.y >= 0 && middle.x < static_cast<float>(target.width) &&
-                        middle.y < static_cast<float>(target.height);
-    if (!inside)
-        return;
-    const int x = static_cast<int>(middle.x);
-    const int y = static_cast<int>(middle.y);
-    const auto at = static_cast<std::size_t>(std::ptrdiff_t{y} * target.width + x);
-    const float rise = shape.slope_x[0] * (static_cast<float>(x) + 0.5F - middle.x) +
-                       shape.slope_y[0] * (static_cast<float>(y) + 0.5F - middle.y);
-    const float z = depth + shape.depth_shift[0] + depth * rise;
-    if (z < target.depth[at]) {
-        target.depth[at] = z;
-        target.colour[at] = index;
+// Shape of a splat with this normal, seen through `pixel`. `facing` = normal.plane . (pixel, 1). Inlined, since callers
+// store the shape in forms of their own.
+[[gnu::always_inline]] inline SplatShape project_splat(const Projection &projection, const ScreenNormal &normal,
+                                                       glm::vec2 pixel, float facing, SplatSize size) {
+    const auto focal = static_cast<float>(projection.focal);
+    const glm::vec2 o = pixel - glm::vec2(projection.middle);
+    // The normal through the Jacobian of the projection at depth 1.
+    const glm::vec2 n(normal.image.x - pixel.x * normal.image.z, normal.image.y - pixel.y * normal.image.z);
+    // The covariance matrix r^2 I - (r^2 - t^2) n n^T of the ellipsoid, projected likewise; the ellipse is its inverse.
+    const bool placed = size.offset.has_value();
+    float r2 = size.radius * size.radius;
+    if (placed) {
+        const float moved = kPlacedShrink * *size.offset * size.voxel;
+        r2 = std::max(r2 - moved * moved, kPlacedMin * kPlacedMin * r2);
     }
+    const float thickness = normal.thickness * size.voxel * (placed ? kPlacedThickness : 1);
+    const float flat = std::max(r2 - thickness * thickness, 0.0F);
+    const float xx = r2 * (focal * focal + o.x * o.x) - flat * (n.x * n.x);
+    const float xy = r2 * (o.x * o.y) - flat * (n.x * n.y);
+    const float yy = r2 * (focal * focal + o.y * o.y) - flat * (n.y * n.y);
+
+    const float inverse = 1 / (xx * yy - xy * xy);
+
+    const float steepest = (placed ? kPlacedSteepest : kSteepest) / focal;
+    const glm::vec2 slope =
+        glm::clamp(glm::vec2(normal.plane.x, normal.plane.y) / std::max(-facing, kEdgeOn), -steepest, steepest);
+    glm::vec2 shift(0);
+    float depth_shift = 0;
+    if (!size.two_sided) {
+        // edge_on: 0 for a splat seen from the front, 1 edge-on.
+        const float edge_on = std::clamp(1 + facing, 0.0F, 1.0F);
+        const float inset =
+            (placed ? -*size.offset : normal.inset + kGrazingInset * edge_on * edge_on * edge_on) * size.voxel;
+        const float outline_inset =
+            (placed ? kPlacedOutlineInset : kOutlineInset) + (size.voxel < 0 ? kBackOutlineInset : 0);
+        const float outline =
+            outline_inset * std::clamp(1 + kOutlineSlope * facing, 0.0F, 1.0F) * size.voxel + (placed ? inset : 0);
+        shift = -outline * n;
+        depth_shift = glm::dot(slope, (inset - outline) * n) - inset * normal.image.z;
+    }
+    return {.shift = shift,
+            .reach = {std::sqrt(xx), std::sqrt(yy)},
+            .xx = yy * inverse,
+            .xy = -2 * xy * inverse,
+            .yy = xx * inverse,
+            .slope = slope,
+            .depth_shift = depth_shift};
 }
 
 } // namespace pbm

@@ -12,7 +12,7 @@
 namespace pbm {
 
 struct Appearance;
-struct Projection; // pbm_render/camera/transform_table.h
+struct Projection; // pbm_render/camera/projection.h
 struct RenderOptions;
 
 // The surroundings in one frame.

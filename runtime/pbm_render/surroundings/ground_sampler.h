@@ -3,7 +3,7 @@
 #pragma once
 
 #include "pbm_format/model/model.h"
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 #include "pbm_render/surroundings/texel_levels.h"
 
 #include <glm/mat3x3.hpp>

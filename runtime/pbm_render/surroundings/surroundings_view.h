@@ -5,7 +5,7 @@
 #pragma once
 
 #include "pbm_render/appearance/appearance.h"
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 #include "pbm_render/surroundings/ground_sampler.h"
 #include "pbm_render/surroundings/panorama_sampler.h"
 #include "pbm_render/surroundings/surroundings.h"

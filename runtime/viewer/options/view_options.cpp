@@ -158,10 +158,10 @@ void add_renderer_option(CommandLine &line, ViewOptions &options) {
     line.topic = "Look";
     command_line::add_choice<Renderer>(line, "--renderer", "renderer",
                                        {{"fast", Renderer::fast}, {"reference", Renderer::reference}}, options.renderer,
-                                       "fast (default); reference: slow and plain, draws every point of one level");
+                                       "fast (default); reference: the dissertation's, draws every point of one level");
     command_line::add_choice<Splats>(
         line, "--splats", "kind of splat", {{"ellipses", Splats::ellipses}, {"kernels", Splats::kernels}},
-        options.splats, "Of the reference renderer: ellipses (default); kernels: the dissertation's table");
+        options.splats, "With --renderer reference: ellipses (default); kernels: a table of stencils");
     line.topic = "Options";
 }
 

@@ -6,7 +6,7 @@
 #include "pbm_format/reading/load_model.h"
 #include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/detail_selection.h"
-#include "pbm_render/reference/reference_renderer.h"
+#include "pbm_render/tables/table_renderer.h"
 #include "viewer/options/look_options.h"
 
 #include <glm/vec2.hpp>
@@ -32,7 +32,7 @@ struct ViewOptions {
     std::optional<UpAxis> up; // absent: the grid's
     Renderer renderer = Renderer::fast;
     std::optional<double> max_error;  // pixels; absent: the default of the quality
-    Splats splats = Splats::ellipses; // of the reference renderer
+    Splats splats = Splats::ellipses; // of --renderer reference
     LookOptions look;
     LoadOptions load;
     command_line::Verbosity verbosity = command_line::Verbosity::normal;

@@ -48,7 +48,7 @@ Status ModelDrawer::load(const Camera &camera, glm::ivec2 size, Motion motion) {
 
 RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, Motion motion, const RowTasks &tasks) {
     if (!painter_) {
-        ReferenceRenderer renderer = whole_->renderer;
+        TableRenderer renderer = whole_->renderer;
         Appearance appearance = appearance_for(look_);
         if (scene_->colours)
             appearance.palette = scene_->colours->palette;

@@ -27,7 +27,7 @@ class ModelDrawer {
     std::string_view metadata() const { return scene_->model.reader().metadata(); }
     std::uint64_t file_size() const { return scene_->file.bytes().size(); }
 
-    // Loads what a picture of `size` needs. The reference renderer loads the whole level.
+    // Loads what a picture of `size` needs: the whole level for --renderer reference.
     Status load(const Camera &camera, glm::ivec2 size, Motion motion);
     // Draws what was loaded for this view, and runs `tasks`. See Painter.
     RenderStatistics draw(const Camera &camera, Framebuffer &target, Motion motion, const RowTasks &tasks = {});
@@ -51,8 +51,8 @@ class ModelDrawer {
     const std::unique_ptr<StreamedScene> scene_;
     const Extent extent_;
     const Look look_;                    // from the command line and the file
-    std::optional<Painter> painter_;     // absent for the reference renderer
-    std::shared_ptr<const Scene> whole_; // only for the reference renderer
+    std::optional<Painter> painter_;     // absent for --renderer reference
+    std::shared_ptr<const Scene> whole_; // only for --renderer reference
 };
 
 } // namespace pbm

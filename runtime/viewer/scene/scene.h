@@ -3,8 +3,8 @@
 
 #include "pbm_format/reading/load_model.h"
 #include "pbm_render/detail/streamed_model.h"
-#include "pbm_render/reference/reference_renderer.h"
 #include "pbm_render/surroundings/surroundings.h"
+#include "pbm_render/tables/table_renderer.h"
 #include "system/files/mapped_file.h"
 #include "viewer/options/look_options.h"
 
@@ -48,7 +48,7 @@ struct Scene {
     Scene &operator=(const Scene &) = delete;
 
     const Model model;
-    const ReferenceRenderer renderer;
+    const TableRenderer renderer;
     const StreamingStatistics cost;
 };
 

@@ -1,5 +1,5 @@
 #include "pbm_render/camera/camera.h"
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 #include "pbm_render/camera/unit_grid.h"
 #include "unit/render/test_model.h"
 
@@ -106,27 +106,6 @@ TEST(OrthographicCamera, StaysUsableInTheClosestView) {
         EXPECT_NEAR(view_height(drawn) / view_height(camera), 1, 1e-9) << angle;
         EXPECT_LE(glm::length(drawn.position - drawn.focal_point), kTelecentricDistance * (1 + 1e-9)) << angle;
     }
-}
-
-TEST(TransformTable, LeadsFromTheCubeToEveryVoxelByAdditions) {
-    Grid grid;
-    grid.depth = 5;
-    grid.origin = {-3, 7, 11};
-    grid.voxel_size = 0.25;
-    const Projection projection(camera_in_front({1, 11, 15}, 20), 640, 480);
-    const TransformTable table(grid, projection);
-    const std::array<std::uint32_t, 3> place{19, 4, 30};
-    glm::vec4 p = table.centre;
-    for (std::size_t level = 1; level <= 5; ++level) {
-        std::size_t child = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            child |= (place[axis] >> (5 - level) & 1) << axis;
-        p += table.child[level][child];
-    }
-    const glm::dvec3 exact = projection.point({-3 + 0.25 * 19.5, 7 + 0.25 * 4.5, 11 + 0.25 * 30.5});
-    EXPECT_NEAR(p.x / p.z, exact.x / exact.z, 1e-3);
-    EXPECT_NEAR(p.y / p.z, exact.y / exact.z, 1e-3);
-    EXPECT_NEAR(p.z, exact.z, 1e-5);
 }
 
 } // namespace

@@ -3,7 +3,7 @@
 #include "pbm_format/reading/reader.h"
 #include "pbm_format/writing/writer.h"
 #include "pbm_render/camera/normal_table.h"
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 #include "unit/render/test_model.h"
 #include "unit/support/test_models.h"
 

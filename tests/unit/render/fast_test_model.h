@@ -34,7 +34,7 @@ inline Model smooth_ball(int depth, const AttributeSet &set, std::size_t two_sid
             const int most = (1 << set.shadow_bits[light][static_cast<std::size_t>(depth)]) - 1;
             points.shadows[light][i] = static_cast<std::uint8_t>(std::max(0.0, most * n[light]));
         }
-        // Avoids the radius for which the reference renderer's table is exact only in the middle of an octant.
+        // Avoids the radius for which TableRenderer has shapes that are exact only in the middle of an octant.
         points.radii[i] = static_cast<std::uint8_t>(radius_index(0.87 / static_cast<double>(1 << depth)) + 1);
         if (i % two_sided_every == two_sided_every - 1)
             points.normals[i] |= kTwoSidedBit;
@@ -99,7 +99,7 @@ struct DrawnModel {
         level = std::min(level, model.parameters.grid.depth);
         if (placed && level > 0)
             renderer.set_offsets(level, WholeLevel(file, level).offsets());
-        renderer.render(camera, options, target, {.level = level});
+        renderer.render(camera, options, target, level);
         return target;
     }
     // Draws the same single level as reference().

@@ -1,5 +1,5 @@
 #include "pbm_render/camera/framing.h"
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 #include "unit/render/test_model.h"
 
 #include <glm/common.hpp>

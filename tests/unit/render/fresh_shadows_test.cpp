@@ -47,7 +47,7 @@ std::vector<Framebuffer> shadowed_pictures(const Model &model, const ShadowSourc
         fine.render(whole.runs, kBeside, options, pictures[1], 2);
         ReferenceRenderer reference(model, surroundings_of(model));
         reference.set_appearance(appearance);
-        reference.render(kBeside, options, pictures[2], {.level = level});
+        reference.render(kBeside, options, pictures[2], level);
     }
     return pictures;
 }

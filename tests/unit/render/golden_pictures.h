@@ -10,6 +10,7 @@
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/reference/reference_renderer.h"
 #include "pbm_render/surroundings/surroundings.h"
+#include "pbm_render/tables/table_renderer.h"
 #include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
@@ -78,11 +79,8 @@ class Scene {
 
     Framebuffer fast(int threads = 1) const { return draw<FastRenderer>(threads); }
     Framebuffer fine(int threads = 1) const { return draw<FineRenderer>(threads, 4); }
-    Framebuffer reference(const Model &model) const {
-        Framebuffer picture(kWidth, kHeight);
-        ReferenceRenderer(model, surroundings_).render(camera_, {}, picture);
-        return picture;
-    }
+    Framebuffer plain(const Model &model) const { return draw_whole<ReferenceRenderer>(model); }
+    Framebuffer tables(const Model &model) const { return draw_whole<TableRenderer>(model); }
 
   private:
     const ModelParameters &parameters() const { return streamed_.reader().parameters(); }
@@ -92,6 +90,12 @@ class Scene {
         Framebuffer picture(kWidth, kHeight);
         Renderer renderer(parameters(), streamed_.reader().header().chunk_points, threads, surroundings_);
         renderer.render(detail_.runs, camera_, {}, picture, own...);
+        return picture;
+    }
+
+    template <class Renderer> Framebuffer draw_whole(const Model &model) const {
+        Framebuffer picture(kWidth, kHeight);
+        Renderer(model, surroundings_).render(camera_, {}, picture);
         return picture;
     }
 

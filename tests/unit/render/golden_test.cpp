@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kMaxOff = 16; // of 255, for the mean of a cell
 
-void expect_picture(const Framebuffer &picture, const Json &expected, const std::string &story) {
+void expect_cells(const Framebuffer &picture, const Json &expected, const std::string &story) {
     const Bytes cells = coarse(picture);
     const std::string &kept = expected.at("cells").get_ref<const std::string &>();
     ASSERT_EQ(kept.size(), 2 * cells.size()) << story;
@@ -19,6 +19,10 @@ void expect_picture(const Framebuffer &picture, const Json &expected, const std:
     for (std::size_t i = 0; i < cells.size(); ++i)
         most = std::max(most, std::abs(std::stoi(kept.substr(2 * i, 2), nullptr, 16) - int{cells[i]}));
     EXPECT_LE(most, kMaxOff) << story << ": another picture than when the version was frozen";
+}
+
+void expect_picture(const Framebuffer &picture, const Json &expected, const std::string &story) {
+    expect_cells(picture, expected, story);
     EXPECT_EQ(hash_of(picture), expected.at("hash").get<std::string>())
         << story << ": if drawing was to change, write the hashes anew (format_spec/golden/README.md)";
 }
@@ -26,7 +30,9 @@ void expect_picture(const Framebuffer &picture, const Json &expected, const std:
 void expect_pictures(const std::filesystem::path &file, const Json &expected) {
     const MappedFile bytes = MappedFile::open(file.string()).value();
     const Scene scene(bytes.bytes(), camera_of(expected.at("camera")));
-    expect_picture(scene.reference(model_of(bytes.bytes())), expected.at("reference"), file.string() + ", reference");
+    const Model model = model_of(bytes.bytes());
+    expect_picture(scene.tables(model), expected.at("reference"), file.string() + ", reference");
+    expect_cells(scene.plain(model), expected.at("reference"), file.string() + ", plain");
     const Framebuffer fast = scene.fast(), fine = scene.fine();
     expect_picture(fast, expected.at("fast"), file.string() + ", fast");
     expect_picture(fine, expected.at("fine"), file.string() + ", fine");

@@ -1,4 +1,3 @@
-#include "pbm_render/camera/normal_table.h"
 #include "pbm_render/reference/reference_renderer.h"
 #include "unit/render/test_model.h"
 
@@ -27,14 +26,14 @@ struct Picture {
 };
 
 Picture draw(const Model &model, const Camera &camera, const RenderOptions &options = {}, int width = 64,
-             int height = 64, const ReferenceOptions &own = {}) {
+             int height = 64, int level = kMaxDepth) {
     Picture picture{Framebuffer(width, height), {}};
-    picture.drawn = ReferenceRenderer(model).render(camera, options, picture.target, own);
+    picture.drawn = ReferenceRenderer(model).render(camera, options, picture.target, level);
     return picture;
 }
 
 Picture draw_level(const Model &model, const Camera &camera, int level) {
-    return draw(model, camera, {}, 64, 64, {.level = level});
+    return draw(model, camera, {}, 64, 64, level);
 }
 
 TEST(ReferenceRenderer, DrawsAPointWhereItProjects) {
@@ -267,40 +266,6 @@ TEST(ReferenceRenderer, GivesTheSamePictureTwice) {
     const Model model = make_wall(6, 20, {0.3, 0.2, 1});
     const Camera camera = camera_in_front({32, 32, 20}, 90);
     EXPECT_EQ(draw(model, camera).target.colour, draw(model, camera).target.colour);
-}
-
-TEST(FacingFlags, NeverHideAPointThatMayBeSeen) {
-    const glm::dvec3 eye(5, 3, 9), centre(1, 2, 3);
-    const double half = 1.5;
-    std::vector<Facing> facing;
-    mark_facing(eye, centre, half, facing);
-    ASSERT_EQ(facing.size(), 2U * kNormalCount);
-    int away = 0, front = 0;
-    for (std::size_t i = 0; i < kNormalCount; ++i) {
-        const UnitVector &n = normal_table()[i];
-        bool shows = false, hides = false;
-        for (int corner = 0; corner < 8; ++corner) {
-            const glm::dvec3 p =
-                centre + half * glm::dvec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-            const glm::dvec3 ray = p - eye;
-            const double side = n[0] * ray.x + n[1] * ray.y + n[2] * ray.z;
-            shows |= side < 0;
-            hides |= side > 0;
-        }
-        EXPECT_FALSE(shows && facing[i] == Facing::away);
-        EXPECT_FALSE(hides && facing[i] == Facing::front);
-        away += facing[i] == Facing::away;
-        front += facing[i] == Facing::front;
-        EXPECT_EQ(facing[i | kTwoSidedBit], Facing::both);
-    }
-    EXPECT_GT(away, kNormalCount / 5);
-    EXPECT_GT(front, kNormalCount / 5);
-}
-
-TEST(FacingFlags, OppositeNormalsAreOneFlipApart) {
-    for (std::size_t i = 0; i < kNormalCount; ++i)
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            EXPECT_DOUBLE_EQ(normal_table()[i][axis], -normal_table()[i ^ kOppositeNormal][axis]);
 }
 
 // A bowl seen from above its rim in strong perspective: the concave inside must not lose a wall.

@@ -1,8 +1,7 @@
-#include "pbm_format/model/normal.h"
-#include "pbm_render/splats/splat_kernels.h"
-#include "unit/render/test_model.h"
+#include "pbm_render/tables/splat_kernels.h"
 
-#include "pbm_render/reference/reference_renderer.h"
+#include "pbm_format/model/normal.h"
+#include "unit/render/test_model.h"
 
 #include <gtest/gtest.h>
 
@@ -134,17 +133,6 @@ TEST(SplatKernels, NearerDiscsHideFartherOnes) {
     EXPECT_EQ(target.colour[100 * kSize + 104], 2U);
     EXPECT_EQ(target.colour[100 * kSize + 95], 1U);
     EXPECT_EQ(target.colour[100 * kSize + 89], 3U);
-}
-
-TEST(SplatKernels, TheReferenceRendererFillsWallsWithThem) {
-    const Model model = make_wall(6, 20);
-    for (const double distance : {15.0, 30.0, 60.0, 110.0}) {
-        Framebuffer target(50, 50);
-        ReferenceRenderer(model).render(camera_in_front({32, 32, 20.5}, distance), {}, target,
-                                        {.splats = Splats::kernels});
-        for (std::size_t i = 0; i < target.pixels(); ++i)
-            EXPECT_NEAR(target.depth[i], distance, 0.01) << distance;
-    }
 }
 
 } // namespace

@@ -1,7 +1,7 @@
 #include "viewer/navigation/camera_glide.h"
 #include "viewer/navigation/standard_views.h"
 
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Which point of model space a pixel of a picture shows, and where a point lies in the picture.
 #pragma once
 
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 #include "pbm_render/picture/framebuffer.h"
 
 #include <glm/vec2.hpp>

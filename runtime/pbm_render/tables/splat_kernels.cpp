@@ -1,4 +1,4 @@
-#include "pbm_render/splats/splat_kernels.h"
+#include "pbm_render/tables/splat_kernels.h"
 
 #include "pbm_format/model/normal.h"
 
@@ -11,9 +11,9 @@ namespace pbm {
 namespace {
 
 constexpr std::size_t kDigits = 64;
-constexpr int kFineBits = 4;      // of a normal's index below its three coarse digits
-constexpr double kRadius = 8;     // of the disc in a kernel, pixels
-constexpr double kEdgeOn = 0.125; // minimum cosine at which a disc is drawn, so that none vanishes
+constexpr int kFineBits = 4;         // of a normal's index below its three coarse digits
+constexpr double kRadius = 8;        // of the disc in a kernel, pixels
+constexpr double kMinCosine = 0.125; // minimum cosine at which a disc is drawn, so that none vanishes
 
 // Mean direction of the first octant's normals with these coarse digits; z towards the eye.
 glm::dvec3 mean_normal(std::size_t digits) {
@@ -25,14 +25,14 @@ glm::dvec3 mean_normal(std::size_t digits) {
     return glm::normalize(sum);
 }
 
-// Rotates the normal towards the eye until its cosine with the ray is at least kEdgeOn.
+// Rotates the normal towards the eye until its cosine with the ray is at least kMinCosine.
 glm::dvec3 not_edge_on(const glm::dvec3 &normal, const glm::dvec3 &ray) {
     const glm::dvec3 to_eye = -glm::normalize(ray);
     const double cosine = glm::dot(normal, to_eye);
-    if (cosine >= kEdgeOn)
+    if (cosine >= kMinCosine)
         return normal;
     const glm::dvec3 across = glm::normalize(normal - cosine * to_eye);
-    return kEdgeOn * to_eye + std::sqrt(1 - kEdgeOn * kEdgeOn) * across;
+    return kMinCosine * to_eye + std::sqrt(1 - kMinCosine * kMinCosine) * across;
 }
 
 // The image of a disc at `depth` whose centre projects to `pixel`, relative to the screen's middle. Eye space: x to the

@@ -1,4 +1,4 @@
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 
 #include <glm/geometric.hpp>
 
@@ -28,17 +28,6 @@ glm::dvec3 Projection::plane(glm::dvec3 normal) const {
 glm::dvec3 Projection::ray(glm::dvec2 pixel) const {
     const glm::dvec2 offset = (pixel - middle) / focal;
     return axes.forward + axes.right * offset.x - axes.up * offset.y;
-}
-
-TransformTable::TransformTable(const Grid &grid, const Projection &projection) : child{} {
-    const glm::dvec3 origin(grid.origin[0], grid.origin[1], grid.origin[2]);
-    centre = glm::vec4(projection.point(origin + grid.edge() / 2), 0);
-    for (int level = 1; level <= kMaxDepth; ++level) {
-        const double d = std::ldexp(grid.edge(), -level - 1);
-        for (std::size_t i = 0; i < 8; ++i)
-            child[static_cast<std::size_t>(level)][i] =
-                glm::vec4(projection.vector({i & 1 ? d : -d, i & 2 ? d : -d, i & 4 ? d : -d}), 0);
-    }
 }
 
 } // namespace pbm

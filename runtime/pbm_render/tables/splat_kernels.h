@@ -1,10 +1,9 @@
-// Splats as stencils from a table: the dissertation's method to draw a disc without computing its image. The reference
-// renderer can use it, for comparison with exact ellipses.
+// Splats as stencils from a table: the dissertation's method to draw a disc without computing its image.
 // Based on: Botsch, Wiratanaya, Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002, section 4.3;
 // dissertation sections 4.2 and 5.8
 #pragma once
 
-#include "pbm_render/camera/transform_table.h"
+#include "pbm_render/camera/projection.h"
 #include "pbm_render/picture/framebuffer.h"
 
 #include <glm/vec2.hpp>
