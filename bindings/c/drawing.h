@@ -11,8 +11,10 @@
 #include "pbm_render/surroundings/surroundings.h"
 #include "system/threads/thread_pool.h"
 
+#include <array>
 #include <memory>
 #include <optional>
+#include <string>
 
 namespace pbm::c_api {
 
