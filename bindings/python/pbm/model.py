@@ -285,7 +285,8 @@ class Model:
         colour_map    "viridis", "grey" or "classes", a colour for each label; None: classes for a field of labels, else
                       viridis
 
-        Raises UsageError for a camera that sees nothing and for a field that is not there, InvalidError for a damaged file, LimitError.
+        Raises UsageError for a camera that sees nothing and for a field that is not there, InvalidError for a damaged
+        file, LimitError.
         """
         if camera is None:
             camera = self.default_camera(size)
