@@ -11,7 +11,7 @@ add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fconstexpr-steps=100000000>) # pa
 # Only these headers: those of the host's C library must not be found.
 set(web_headers ${PROJECT_BINARY_DIR}/headers)
 file(MAKE_DIRECTORY ${web_headers})
-foreach(header glm nlohmann xxhash.h)
+foreach(header glm nlohmann stb xxhash.h)
     if(NOT EXISTS /usr/include/${header})
         message(FATAL_ERROR "/usr/include/${header} is not there: run scripts/install_packages.sh web")
     endif()

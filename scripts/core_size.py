@@ -3,7 +3,7 @@
 build/core first.
 
 The set is what the linker takes from our libraries for examples/draw_picture.cpp, and every header of ours that these
-sources include. Prints lines per room; docs/architecture.md names the sum.
+sources include. Prints lines per room.
 """
 import collections
 import json

@@ -59,21 +59,7 @@ std::string to_string(const Value &value) {
     return {};
 }
 
-bool has_offset(const Error &error) {
-    switch (error.code) {
-    case ErrorCode::truncated:
-    case ErrorCode::bad_hash:
-    case ErrorCode::bad_header:
-    case ErrorCode::bad_table:
-    case ErrorCode::bad_section:
-    case ErrorCode::bad_directory:
-    case ErrorCode::bad_octree:
-    case ErrorCode::bad_attribute:
-    case ErrorCode::bad_image:
-    case ErrorCode::bad_content: return true;
-    default: return error.offset != 0;
-    }
-}
+bool has_offset(const Error &error) { return is_damage(error.code) || error.offset != 0; }
 
 int exit_code(ErrorCode code) {
     switch (code) {

@@ -17,7 +17,8 @@
 
 namespace pbm {
 
-// Kinds of failure. The order is not part of any contract; the names (`to_string`) are.
+// Kinds of failure. The order is not part of any contract; the names (`to_string`) are. Damage of a .pbvg is
+// `truncated` to `bad_content`.
 enum class ErrorCode : std::uint8_t {
     usage,               // the call makes no sense
     io,                  // the operating system refused: open, read, write, rename
@@ -40,6 +41,9 @@ enum class ErrorCode : std::uint8_t {
 };
 
 std::string_view to_string(ErrorCode code);
+
+// Whether the bytes of a .pbvg contradict themselves or are missing.
+constexpr bool is_damage(ErrorCode code) { return code >= ErrorCode::truncated && code <= ErrorCode::bad_content; }
 
 // Process exit code of a failure, the same for all programs: 1 usage, 2 I/O, 3 invalid or damaged input, 4 memory or
 // another run-time limit, 5 unsupported version or feature.

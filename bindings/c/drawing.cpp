@@ -2,11 +2,13 @@
 
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/reader.h"
+#include "pbm_render/appearance/field_choice.h"
 #include "pbm_render/camera/framing.h"
 #include "pbm_render/shading/depth_cue.h"
 #include "system/threads/parallel.h"
 
 #include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -73,15 +75,15 @@ Result<Camera> camera_of(const pbm_camera &from) {
     return camera;
 }
 
-// What the options ask for; `request` has a camera and a size.
+// What the options ask for of a picture; `request` has a camera and a size.
 Status take_options(const pbm_render_options &options, Drawing::Request &request) {
-    constexpr std::int32_t kMaxSamples = 256;
     constexpr std::uint32_t kFlags = PBM_BACKGROUND | PBM_NO_TEXTURE | PBM_NO_COLOURS | PBM_NO_SHADOWS | PBM_NO_GROUND |
-                                     PBM_NO_PANORAMA | PBM_NO_REFLECTIONS;
+                                     PBM_NO_PANORAMA | PBM_NO_REFLECTIONS | PBM_HEADLIGHT | PBM_NO_LEGEND;
     if (options.quality != PBM_FAST && options.quality != PBM_FINE)
         return usage("options.quality is " + std::to_string(options.quality) + ", neither PBM_FAST nor PBM_FINE");
     if (options.samples < 0 || options.samples > kMaxSamples)
-        return usage("options.samples is " + std::to_string(options.samples) + ", not 1 .. 256");
+        return usage("options.samples is " + std::to_string(options.samples) + ", not 1 .. " +
+                     std::to_string(kMaxSamples));
     if (options.depth_cue < PBM_NO_CUE || options.depth_cue > PBM_AMBIENT_OCCLUSION)
         return usage("options.depth_cue is " + std::to_string(options.depth_cue) + ", which is none");
     if (options.light_follows < PBM_LIGHTS_DEFAULT || options.light_follows > PBM_LIGHTS_MODEL)
@@ -89,7 +91,8 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
     if ((options.flags & ~kFlags) != 0)
         return usage("options.flags has unknown bits");
     if (options.finest_level < 0 || options.finest_level > kMaxDepth)
-        return usage("options.finest_level is " + std::to_string(options.finest_level) + ", not 1 .. 16");
+        return usage("options.finest_level is " + std::to_string(options.finest_level) + ", not 1 .. " +
+                     std::to_string(kMaxDepth));
     if (!(options.max_error >= 0 && std::isfinite(options.max_error)))
         return usage("options.max_error is no positive number of pixels");
     request.fine = options.quality == PBM_FINE;
@@ -110,7 +113,40 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
     render.ground = !leaves(PBM_NO_GROUND);
     render.panorama = !leaves(PBM_NO_PANORAMA);
     render.reflections = !leaves(PBM_NO_REFLECTIONS);
+    request.legend = !leaves(PBM_NO_LEGEND);
+    if (leaves(PBM_HEADLIGHT)) {
+        const auto [right, up] = options.headlight;
+        if (!(std::fabs(right) <= glm::pi<double>() && std::fabs(up) <= glm::half_pi<double>()))
+            return usage("options.headlight is not -pi .. pi to the right and -pi/2 .. pi/2 above");
+        request.headlight = {right, up};
+    }
     return {};
+}
+
+// What the options ask for of all pictures.
+Result<Drawing::Setup> setup_of(const pbm_render_options &options) {
+    Drawing::Setup setup{.threads = options.threads};
+    if (options.max_memory > 0)
+        setup.max_memory = options.max_memory;
+    if (options.colour_by == nullptr || *options.colour_by == 0)
+        return setup;
+    setup.colour_by = options.colour_by;
+    switch (options.colour_map) {
+    case PBM_MAP_AUTO: break;
+    case PBM_MAP_VIRIDIS: setup.colours.map = ColourMap::viridis; break;
+    case PBM_MAP_GREY: setup.colours.map = ColourMap::grey; break;
+    case PBM_MAP_CLASSES: setup.colours.map = ColourMap::classes; break;
+    default: return usage("options.colour_map is " + std::to_string(options.colour_map) + ", which is none");
+    }
+    const auto [least, most] = options.colour_range;
+    if (least == 0 && most == 0)
+        return setup;
+    if (!(least < most && std::isfinite(least) && std::isfinite(most)))
+        return usage("options.colour_range is not two ascending numbers");
+    if (options.colour_map == PBM_MAP_CLASSES)
+        return usage("options.colour_range: the colour map of classes has no range, each label has its colour");
+    setup.colours.range = {least, most};
+    return setup;
 }
 
 // Whether an array of `count` elements holds `rows` rows of `width`, each `stride` behind the one before.
@@ -160,17 +196,46 @@ void copy_picture(const Framebuffer &drawn, double moved, const pbm_picture &to)
     }
 }
 
-// The drawing of an open model, within these limits.
-Result<Drawing *> drawing_of(OpenModel &model, const Drawing::Limits &limits) {
-    if (Status checked = check_threads(limits.threads); !checked)
+// The colours of a field. None while their bytes are missing.
+Result<std::optional<FieldColours>> colours_of(OpenModel &model, const Drawing::Setup &setup) {
+    if (has_field(model.reader.parameters(), setup.colour_by)) {
+        const Result<FileBytes::Fetched> fetched = model.bytes.fetch(field_sample_ranges(model.reader));
+        if (!fetched)
+            return fetched.error();
+        if (fetched->pending)
+            return std::optional<FieldColours>();
+    }
+    Result<FieldColours> colours = choose_field_colours(model.reader, setup.colour_by, setup.colours);
+    if (!colours)
+        return colours.error();
+    return std::optional(std::move(*colours));
+}
+
+// The drawing of an open model.
+Result<Drawing *> drawing_of(OpenModel &model, Drawing::Setup setup) {
+    const auto is_open = [&] { return model.drawing != nullptr && model.drawing->setup() == setup; };
+    if (Status checked = check_threads(setup.threads); !checked)
         return checked.error();
-    if (model.drawing == nullptr || model.drawing->limits() != limits) {
+    if (is_open())
+        return model.drawing.get();
+    Result<std::optional<FieldColours>> colours = std::optional<FieldColours>();
+    if (!setup.colour_by.empty())
+        colours = colours_of(model, setup);
+    if (!colours && !is_damage(colours.error().code))
+        return colours.error();
+    if (!colours || !*colours) {
+        setup.colour_by.clear();
+        setup.colours = {};
+    }
+    if (!is_open()) {
         model.drawing.reset();
-        auto opened = Drawing::open(model.bytes, limits);
+        auto opened = Drawing::open(model.bytes, setup, colours ? std::move(*colours) : std::nullopt);
         if (!opened)
             return opened.error();
         model.drawing = std::move(*opened);
     }
+    if (!colours)
+        model.drawing->add_damage(std::move(colours).error());
     return model.drawing.get();
 }
 
@@ -209,18 +274,19 @@ Status draw_picture(OpenModel &model, const pbm_camera *given_camera, const pbm_
         return checked;
     Drawing::Request request{.view = {.camera = *camera, .width = picture->width, .height = picture->height},
                              .render = {}};
-    Drawing::Limits limits;
+    Result<Drawing::Setup> setup = Drawing::Setup();
     if (given_options != nullptr) {
-        const Result<pbm_render_options> options = read_structure(given_options, "options");
+        const Result<pbm_render_options> options =
+            read_structure(given_options, "options", offsetof(pbm_render_options, colour_range));
         if (!options)
             return options.error();
         if (Status taken = take_options(*options, request); !taken)
             return taken;
-        limits.threads = options->threads;
-        if (options->max_memory > 0)
-            limits.max_memory = options->max_memory;
+        setup = setup_of(*options);
+        if (!setup)
+            return setup.error();
     }
-    const Result<Drawing *> drawing = drawing_of(model, limits);
+    const Result<Drawing *> drawing = drawing_of(model, std::move(*setup));
     if (!drawing)
         return drawing.error();
     Framebuffer drawn(picture->width, picture->height, picture->depths != nullptr || request.depth_cue != PBM_NO_CUE);
@@ -234,16 +300,20 @@ Status draw_picture(OpenModel &model, const pbm_camera *given_camera, const pbm_
 
 } // namespace
 
-Drawing::Drawing(const FileBytes &bytes, Reader reader, const Limits &limits, const std::shared_ptr<ThreadPool> &pool)
-    : bytes_(bytes), limits_(limits), pool_(pool),
-      model_(std::move(reader), {.threads = limits.threads, .pool = pool, .max_memory = limits.max_memory}) {}
+Drawing::Drawing(const FileBytes &bytes, Reader reader, const Setup &setup, std::optional<FieldColours> colours,
+                 const std::shared_ptr<ThreadPool> &pool)
+    : bytes_(bytes), setup_(setup), pool_(pool), colours_(std::move(colours)),
+      model_(std::move(reader),
+             {.threads = setup.threads, .pool = pool, .max_memory = setup.max_memory, .field = colours_}),
+      drawn_(colours_ ? with_field_colours(model_.reader().parameters(), *colours_) : model_.reader().parameters()) {}
 
-Result<std::unique_ptr<Drawing>> Drawing::open(const FileBytes &bytes, const Limits &limits) {
+Result<std::unique_ptr<Drawing>> Drawing::open(const FileBytes &bytes, const Setup &setup,
+                                               std::optional<FieldColours> colours) {
     Result<Reader> reader = open_reader(bytes);
     if (!reader)
         return reader.error();
-    const auto pool = std::make_shared<ThreadPool>(resolve_threads(limits.threads));
-    return std::unique_ptr<Drawing>(new Drawing(bytes, std::move(*reader), limits, pool));
+    const auto pool = std::make_shared<ThreadPool>(resolve_threads(setup.threads));
+    return std::unique_ptr<Drawing>(new Drawing(bytes, std::move(*reader), setup, std::move(colours), pool));
 }
 
 // Opens the surroundings as soon as their directories have arrived.
@@ -258,7 +328,7 @@ Status Drawing::open_surroundings() {
     has_surroundings_ = true;
     Result<TiledImages> images = read_images(model_.reader());
     if (!images) {
-        damage_ = damage_.value_or(images.error());
+        add_damage(images.error());
         return {};
     }
     surroundings_ = std::make_shared<const Surroundings>(model_.reader().parameters(), std::move(*images));
@@ -274,11 +344,11 @@ Result<Detail> Drawing::load(const DetailView &view) {
         Result<Detail> detail = model_.load(view);
         if (!detail && detail.error().code == ErrorCode::memory) {
             lacks_memory_ = detail.error();
-            bytes_.limit_memory(limits_.max_memory);
+            bytes_.limit_memory(setup_.max_memory);
             return model_.choose(view);
         }
         if (!detail) { // a damaged part, which the model loads but once
-            damage_ = damage_.value_or(detail.error());
+            add_damage(detail.error());
             continue;
         }
         if (detail->wanted.empty() || round++ == kMaxRounds)
@@ -294,33 +364,35 @@ Result<Detail> Drawing::load(const DetailView &view) {
 Appearance Drawing::appearance(const Request &request) const {
     Appearance appearance(model_.reader().parameters());
     appearance.lights_follow = request.lights_follow.value_or(appearance.lights_follow);
+    if (request.headlight)
+        set_headlight(appearance, (*request.headlight)[0], (*request.headlight)[1]);
+    if (colours_)
+        appearance.palette = colours_->palette;
     return appearance;
 }
 
 void Drawing::render(const Detail &detail, const Request &request, Framebuffer &target) {
-    const Reader &reader = model_.reader();
     const Camera &camera = request.view.camera;
     if (request.fine) {
         render_fine(detail, request, target);
     } else {
         if (!fast_)
-            fast_.emplace(reader.parameters(), reader.header().chunk_points, pool_, surroundings_);
+            fast_.emplace(drawn_, model_.reader().header().chunk_points, pool_, surroundings_);
         fast_->set_appearance(appearance(request));
         fast_->render(detail.runs, camera, request.render, target);
     }
 }
 
 void Drawing::render_fine(const Detail &detail, const Request &request, Framebuffer &target) {
-    const Reader &reader = model_.reader();
     if (!fine_)
-        fine_.emplace(reader.parameters(), reader.header().chunk_points, pool_, surroundings_);
+        fine_.emplace(drawn_, model_.reader().header().chunk_points, pool_, surroundings_);
     FinePicture picture{.view = request.view,
                         .options = request.render,
-                        .lights_follow = request.lights_follow,
+                        .appearance = appearance(request),
                         .with_depths = !target.depth.empty(),
                         .chunks = detail.chunks};
     if (fine_picture_ != picture || fine_->samples() > request.samples) {
-        fine_->set_appearance(appearance(request));
+        fine_->set_appearance(picture.appearance);
         fine_->begin(detail.runs, request.view.camera, request.render, target);
         fine_picture_ = std::move(picture);
     }
@@ -352,7 +424,7 @@ Status Drawing::draw(const Request &request, Framebuffer &target) {
     }
     if (surroundings_)
         for (Error &error : surroundings_->take_errors())
-            damage_ = damage_.value_or(std::move(error));
+            add_damage(std::move(error));
     if (request.depth_cue != PBM_NO_CUE) {
         const Camera &camera = request.view.camera;
         const Camera drawn = telecentric(camera, grid().edge());
@@ -362,6 +434,8 @@ Status Drawing::draw(const Request &request, Framebuffer &target) {
                          .relief = distance_of(drawn) / distance_of(camera)},
                         *pool_, target);
     }
+    if (colours_ && request.legend)
+        draw_legend(legend_of(drawn_.fields[colours_->field], *colours_), target);
     return {};
 }
 

@@ -4,28 +4,35 @@
 #include "model.h"
 
 #include "pbm_render/appearance/appearance.h"
+#include "pbm_render/appearance/legend.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/surroundings/surroundings.h"
 #include "system/threads/thread_pool.h"
 
+#include <array>
 #include <memory>
 #include <optional>
+#include <string>
 
 namespace pbm::c_api {
 
 class Drawing {
   public:
-    struct Limits {
+    // What it is opened for.
+    struct Setup {
         int threads = 0;
         std::uint64_t max_memory = kDefaultMaxMemory; // as in StreamingOptions
-        bool operator==(const Limits &) const = default;
+        std::string colour_by{};                      // a field; empty: none
+        ColourChoice colours{};
+        bool operator==(const Setup &) const = default;
     };
-    // `bytes` must outlive the result. Throws Pending.
-    static Result<std::unique_ptr<Drawing>> open(const FileBytes &bytes, const Limits &limits);
+    // `bytes` must outlive the result; `colours`: those of `setup`. Throws Pending.
+    static Result<std::unique_ptr<Drawing>> open(const FileBytes &bytes, const Setup &setup,
+                                                 std::optional<FieldColours> colours);
 
-    const Limits &limits() const { return limits_; } // as asked for
+    const Setup &setup() const { return setup_; } // as asked for
     const Grid &grid() const { return model_.reader().parameters().grid; }
 
     struct Request {
@@ -34,7 +41,9 @@ class Drawing {
         bool fine = false;
         int samples = kDefaultSamples;
         int depth_cue = PBM_NO_CUE;
-        std::optional<LightsFollow> lights_follow{}; // default: as Appearance has them
+        std::optional<LightsFollow> lights_follow{};      // default: as Appearance has them
+        std::optional<std::array<double, 2>> headlight{}; // as set_headlight
+        bool legend = true;
     };
     // Draws what is there and fits. `target` has depths if the cue needs them.
     //
@@ -45,9 +54,11 @@ class Drawing {
     // errors  memory  it needs more than allowed
     //         as StreamedModel::load and read_images: the first damage that any picture has met
     Status shortfall() const { return lacks_memory_ ? *lacks_memory_ : damage_ ? *damage_ : Status(); }
+    void add_damage(Error error) { damage_ = damage_.value_or(std::move(error)); }
 
   private:
-    Drawing(const FileBytes &bytes, Reader reader, const Limits &limits, const std::shared_ptr<ThreadPool> &pool);
+    Drawing(const FileBytes &bytes, Reader reader, const Setup &setup, std::optional<FieldColours> colours,
+            const std::shared_ptr<ThreadPool> &pool);
 
     Status open_surroundings();
     Result<Detail> load(const DetailView &view);
@@ -56,9 +67,11 @@ class Drawing {
     void render_fine(const Detail &detail, const Request &request, Framebuffer &target);
 
     const FileBytes &bytes_;
-    const Limits limits_;
+    const Setup setup_;
     const std::shared_ptr<ThreadPool> pool_;
+    const std::optional<FieldColours> colours_;
     StreamedModel model_;
+    const ModelParameters drawn_;                      // as the renderers take them
     bool has_surroundings_ = false;                    // or they are damaged
     std::shared_ptr<const Surroundings> surroundings_; // refers to the model; null until its directories have arrived
     std::optional<FastRenderer> fast_;                 // created on first use
@@ -68,7 +81,7 @@ class Drawing {
     struct FinePicture {
         DetailView view;
         RenderOptions options;
-        std::optional<LightsFollow> lights_follow{};
+        Appearance appearance;
         bool with_depths = false;
         std::vector<std::shared_ptr<const void>> chunks;
         bool operator==(const FinePicture &) const = default;

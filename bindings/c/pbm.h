@@ -269,6 +269,16 @@ typedef enum pbm_depth_cue { PBM_NO_CUE = 0, PBM_EYE_DOME = 1, PBM_AMBIENT_OCCLU
 // lights is lit from beside the eye. Lights that follow the eye cast no shadows.
 typedef enum pbm_light_follows { PBM_LIGHTS_DEFAULT = 0, PBM_LIGHTS_EYE = 1, PBM_LIGHTS_MODEL = 2 } pbm_light_follows;
 
+// Colours of a field's values. viridis: dark violet over green to yellow; grey: black to white; classes: a colour for
+// each label, that of maps for the classes of LAS. PBM_MAP_AUTO: classes for a field whose average is "majority" if no
+// range is given, else viridis.
+typedef enum pbm_colour_map {
+    PBM_MAP_AUTO = 0,
+    PBM_MAP_VIRIDIS = 1,
+    PBM_MAP_GREY = 2,
+    PBM_MAP_CLASSES = 3
+} pbm_colour_map;
+
 // Bits of pbm_render_options.flags.
 enum {
     PBM_BACKGROUND = 1, // use `background`; else 51, 51, 51, 255
@@ -277,7 +287,9 @@ enum {
     PBM_NO_SHADOWS = 8, // every light reaches every point
     PBM_NO_GROUND = 16,
     PBM_NO_PANORAMA = 32,
-    PBM_NO_REFLECTIONS = 64
+    PBM_NO_REFLECTIONS = 64,
+    PBM_HEADLIGHT = 128, // use `headlight`, in place of all other lights
+    PBM_NO_LEGEND = 256  // which says what the colours of `colour_by` mean
 };
 
 typedef struct pbm_render_options {
@@ -290,8 +302,13 @@ typedef struct pbm_render_options {
     int32_t finest_level;  // do not draw finer levels than this one; default: all
     double max_error;      // pixels: largest edge of a drawn voxel that has children; default 2, of fine pictures 1.42
     int32_t threads;
-    uint64_t max_memory;   // bytes of decoded points that are kept, for this picture and the next ones; default 8 GiB
-    int32_t light_follows; // pbm_light_follows
+    uint64_t max_memory;    // bytes of decoded points that are kept, for this picture and the next ones; default 8 GiB
+    int32_t light_follows;  // pbm_light_follows
+    double colour_range[2]; // values with the first and the last colour, ascending; both 0: most values lie between
+    double headlight[2];    // where its light comes from: radians to the right of the eye, -pi .. pi, and above it,
+                            // -pi/2 .. pi/2. It follows the camera
+    const char *colour_by;  // name of a field in whose colours points are drawn, with a legend; null or empty: none
+    int32_t colour_map;     // pbm_colour_map
 } pbm_render_options;
 
 typedef struct pbm_picture {
@@ -306,14 +323,15 @@ typedef struct pbm_picture {
 } pbm_picture;
 
 // Draws a picture; reads what it shows, and keeps that in memory for the next ones. `options` may be null. With other
-// values of `threads` or `max_memory` than in the last call it reads everything anew. A fine picture that differs from
-// the last one in nothing but a larger number of samples draws only those that it has more: 1, 2, .. 8 samples one
-// after the other take as long as 8 at once.
+// values of `threads`, `max_memory` or the colours of a field than in the last call it reads everything anew. A fine
+// picture that differs from the last one in nothing but a larger number of samples draws only those that it has more:
+// 1, 2, .. 8 samples one after the other take as long as 8 at once.
 //
-// Of a file whose callback returned PBM_LATER during the call, the picture shows what is there: coarser levels, or the
-// background alone. It is exact if PBM_OK is returned and no callback returned PBM_LATER.
+// Of a file whose callback returned PBM_LATER during the call, the picture shows what is there: coarser levels, points
+// without the colours of a field, or the background alone. It is exact if PBM_OK is returned and no callback returned
+// PBM_LATER.
 //
-// errors  PBM_USAGE    the camera has no line of sight or is not finite; the arrays are too short
+// errors  PBM_USAGE    the camera has no line of sight or is not finite; the arrays are too short; no such field
 //         PBM_INVALID  a part of the file that this picture or an earlier one needed is damaged: the first part that
 //                      was found. The picture is drawn all the same, with coarser levels in place of damaged ones
 //         PBM_LIMIT    the picture needs more than `max_memory`: it is drawn with what fits. With a larger `max_error`

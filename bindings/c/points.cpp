@@ -380,7 +380,7 @@ Status read_points(OpenModel &model, std::int32_t level, const pbm_points *point
         return checked;
     const bool needs_fields =
         std::any_of(to->fields, to->fields + to->field_count, [](const float *values) { return values != nullptr; });
-    std::optional<Reader> whole; // fields are read from whole files alone
+    std::optional<Reader> whole; // fields are read from the whole file
     if (needs_fields && !model.bytes.is_whole()) {
         const Result<ByteView> bytes = model.bytes.whole();
         if (!bytes)

@@ -1,13 +1,13 @@
-// File names: their parts, letters without case, as references, and the user's folders.
+// File names: their parts, without case, as references, and the user's folders.
 #pragma once
+
+#include "system/letters.h"
 
 #include <string>
 #include <string_view>
 
 namespace pbm {
 
-// Of ASCII; other bytes are left alone.
-constexpr char lower_case(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 std::string lower_case(std::string_view text);
 
 // The extension in lower case, with its dot: ".ply" of "a.b/Scan.PLY". Empty if the name has none.

@@ -75,7 +75,7 @@ check(page.title == name and shown["alt"] == name, f"the page is called {page.ti
 check(target(shown["src"]) == "a #1%.pbvg" and target(shown["poster"]) == "pbm-viewer/poster.jpg", f"it shows {shown}")
 check(target(page.elements["script"]["src"]).removeprefix("pbm-viewer/") in files, "the page loads another script")
 check("@" not in (folder / "index.html").read_text().replace("@MODEL@", ""), "a place of the page is not filled")
-check(not {"camera-orbit", "backs", "light-follows"} & set(shown), "the default view is no view of its own")
+check(not {"camera-orbit", "backs", "light-follows", "headlight", "colour-by"} & set(shown), "the default view is no view of its own")
 names = sorted(path.name for path in folder.iterdir())
 check(names == sorted(["index.html", "pbm-viewer", "a #1%.pbvg"]), f"it holds {names}")
 
@@ -84,7 +84,7 @@ before = (folder / "a #1%.pbvg").stat()
 position, focus = (1.5, 0.25, 2), (0.25, 0.5, 0.125)
 report = json.loads(run("pbm-render", folder.relative_to(work) / "a #1%.pbvg", "--page", folder.relative_to(work), "--json",
                         "--camera-position=%s,%s,%s" % position, "--camera-focal-point=%s,%s,%s" % focus,
-                        "--camera-view-angle=20", "--backs=hide", "--light-follows=model"))
+                        "--camera-view-angle=20", "--backs=hide", "--light-follows=model", "--headlight=-45,22.5"))
 after = (folder / "a #1%.pbvg").stat()
 check((before.st_ino, before.st_mtime_ns) == (after.st_ino, after.st_mtime_ns), "the model was written over itself")
 sizes = report["page"]
@@ -93,7 +93,8 @@ check(sizes["model_bytes"] == after.st_size, f"size of the model: {sizes}")
 check(sizes["poster_bytes"] == (folder / "pbm-viewer/poster.jpg").stat().st_size, f"size of the poster: {sizes}")
 check(sizes["page_bytes"] == (folder / "index.html").stat().st_size, f"size of the page: {sizes}")
 shown = Page(folder / "index.html").elements["pbm-viewer"]
-check((shown["backs"], shown["light-follows"]) == ("hide", "model"), f"the page shows other sides or lights: {shown}")
+check((shown["backs"], shown["light-follows"], shown["headlight"]) == ("hide", "model", "-45deg 22.5deg"),
+      f"the page shows other sides or lights: {shown}")
 theta, phi, percent = (float(word.removesuffix("rad").removesuffix("%")) for word in shown["camera-orbit"].split())
 # The element's 100 %: the sphere around the voxels of level 6 touches the nearer borders of the picture.
 info = json.loads(run("pbm-info", folder.relative_to(work) / "a #1%.pbvg", "--json"))

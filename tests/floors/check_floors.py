@@ -95,7 +95,7 @@ HOMES = {
     r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/window/(overlay|panel|start_page)\.cpp",
     r"isa-l/.*": r"runtime/viewer/pictures/image_writer\.cpp",
     r"jpeglib\.h": r"tools/pbm_scan/images/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
-    r"stb/stb_easy_font\.h": r"runtime/viewer/pictures/legend\.cpp",
+    r"stb/stb_easy_font\.h": r"runtime/pbm_render/appearance/legend\.cpp",
     r"png\.h|stb/(?!stb_easy_font).*|webp/.*": r"tools/pbm_scan/images/image_decoder\.cpp",
     r"malloc\.h": r"system/processes/(this_process|paged_heap)\.cpp",
     r"pthread\.h": r"system/threads/(per_thread\.h|large_stack\.cpp)|system/processes/paged_heap\.cpp",

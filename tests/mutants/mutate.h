@@ -2,13 +2,15 @@
 #pragma once
 
 #include "mutants/honest_files.h"
-#include "mutants/random.h"
+#include "unit/support/random.h"
 
 #include <optional>
 #include <span>
 #include <string>
 
 namespace pbm::mutants {
+
+using test::Random;
 
 struct Mutant {
     const HonestFile *origin = nullptr;

@@ -229,14 +229,10 @@ Model random_model(Random &random, std::size_t max_points) {
         parameters.texture.push_back(random_texture(random));
     const std::vector<MortonCode> codes =
         random_voxels(random, depth, std::max<std::size_t>(4, max_points >> random.below(6)));
-    const LevelMasks masks = encode_octree(codes, depth);
-    model.levels.resize(masks.size());
-    for (std::size_t level = 0; level < masks.size(); ++level)
-        model.levels[level].masks = masks[level];
-    model.levels.back().points = random_points(random, codes, depth, set, parameters.materials.size());
+    set_levels(model, codes, random_points(random, codes, depth, set, parameters.materials.size()), 1);
     if (once_in(random, 3))
         add_random_fields(random, model);
-    average_levels(model, 1);
+    average_fields(model, 1);
     if (once_in(random, 2))
         add_random_ground(random, model);
     if (once_in(random, 3)) {

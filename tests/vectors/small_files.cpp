@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <span>
 
 namespace pbm::test {
 
@@ -16,18 +15,13 @@ namespace {
 
 constexpr std::uint32_t kUnknownType = 9;
 
-// A model with one material and finest points `codes`, ascending. The caller sets their attributes.
-Model model_of(int depth, std::span<const MortonCode> codes, AttributeSet set) {
+// A model with one material, without levels.
+Model model_of(int depth, AttributeSet set) {
     Model model;
     model.metadata = R"({"generator":"test"})";
     model.parameters.grid = {.depth = depth, .origin = {-1, -2, -3}, .voxel_size = 2.0 / (1U << depth)};
     model.parameters.attributes = set;
     model.parameters.materials.resize(1);
-    const LevelMasks masks = encode_octree(codes, depth);
-    model.levels.resize(masks.size());
-    for (std::size_t level = 0; level < masks.size(); ++level)
-        model.levels[level].masks = masks[level];
-    model.levels.back().points.resize(codes.size(), set);
     return model;
 }
 
@@ -40,14 +34,15 @@ Bytes deepest_file() {
                            morton_encode(kMiddle, kMiddle, kMiddle),
                            morton_encode(kLast, kLast, kLast - 1),
                            morton_encode(kLast, kLast, kLast)};
-    Model model = model_of(kMaxDepth, codes, {});
-    PointAttributes &points = model.levels.back().points;
+    Model model = model_of(kMaxDepth, {});
+    PointAttributes points;
+    points.resize(codes.size(), {});
     for (std::size_t i = 0; i < codes.size(); ++i) {
         const auto [x, y, z] = morton_decode(codes[i]);
         points.normals[i] = quantise_normal(x + 0.5 - kMiddle, y + 0.5 - kMiddle, z + 0.5 - kMiddle);
         points.radii[i] = 255 - 12 * kMaxDepth; // the edge of a voxel
     }
-    average_levels(model, 1);
+    set_levels(model, {codes.begin(), codes.end()}, std::move(points), 1);
     return encode_model(model, {.threads = 1}).value();
 }
 
@@ -120,8 +115,9 @@ Bytes worked_example_file() {
         for (std::uint32_t y = 0; y < (x < 7 ? 3U : 2U); ++y)
             codes.push_back(morton_encode(kSheet + x, kSheet + y, kSheet + 2));
     std::sort(codes.begin(), codes.end());
-    Model model = model_of(kDepth, codes, {.colour = ColourFormat::rgb888});
-    PointAttributes &points = model.levels.back().points;
+    Model model = model_of(kDepth, {.colour = ColourFormat::rgb888});
+    PointAttributes points;
+    points.resize(codes.size(), model.parameters.attributes);
     for (std::size_t i = 0; i < codes.size(); ++i) {
         const auto [x, y, z] = morton_decode(codes[i]);
         points.radii[i] = kMaxFinestRadius;
@@ -137,7 +133,7 @@ Bytes worked_example_file() {
             set_point_colour(points, i, ColourFormat::rgb888, {250, 60, 40});
         }
     }
-    average_levels(model, 1);
+    set_levels(model, std::move(codes), std::move(points), 1);
     return encode_model(model, {.compression_level = 19, .chunk_points = kMinChunkPoints, .threads = 1}).value();
 }
 

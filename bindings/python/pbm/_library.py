@@ -52,7 +52,9 @@ class Camera(Sized):
 class RenderOptions(Sized):
     _fields_ = [("struct_size", c_size_t), ("quality", c_int32), ("samples", c_int32), ("depth_cue", c_int32),
                 ("flags", c_uint32), ("background", c_uint8 * 4), ("finest_level", c_int32), ("max_error", c_double),
-                ("threads", c_int32), ("max_memory", c_uint64), ("light_follows", c_int32)]
+                ("threads", c_int32), ("max_memory", c_uint64), ("light_follows", c_int32),
+                ("colour_range", c_double * 2), ("headlight", c_double * 2), ("colour_by", c_char_p),
+                ("colour_map", c_int32)]
 
 
 class Picture(Sized):

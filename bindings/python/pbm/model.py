@@ -21,7 +21,9 @@ _ATTRIBUTES = {"colours": 1, "materials": 2, "texture": 4, "shadows": 8, "ground
 _QUALITIES = {"fast": 0, "fine": 1}
 _DEPTH_CUES = {None: 0, "eye_dome": 1, "ambient_occlusion": 2}
 _LIGHT_FOLLOWS = {None: 0, "eye": 1, "model": 2}
-_LEFT_OUT = {"texture": 2, "colours": 4, "shadows": 8, "ground": 16, "panorama": 32, "reflections": 64}
+_COLOUR_MAPS = {None: 0, "viridis": 1, "grey": 2, "classes": 3}
+_BACKGROUND, _HEADLIGHT = 1, 128
+_LEFT_OUT = {"texture": 2, "colours": 4, "shadows": 8, "ground": 16, "panorama": 32, "reflections": 64, "legend": 256}
 
 
 class Field:
@@ -85,6 +87,8 @@ class Info:
 
 
 _BACKS = ("auto", "show", "hide")
+_CLIP_PLANE, _CLIP_BOX = 1, 2
+_MAX_EDGE = 32768
 
 
 class Camera:
@@ -133,10 +137,10 @@ class Camera:
                               backs=_BACKS.index(self.backs))
         triples = [("position", self.position), ("focal_point", self.focal_point), ("up", self.up)]
         if self.clip_plane is not None:
-            raw.clip |= 1
+            raw.clip |= _CLIP_PLANE
             triples += zip(("plane_point", "plane_normal"), self.clip_plane)
         if self.clip_box is not None:
-            raw.clip |= 2
+            raw.clip |= _CLIP_BOX
             triples += zip(("box_lowest", "box_highest"), self.clip_box)
         for name, values in triples:
             values = np.asarray(values, float)
@@ -255,7 +259,9 @@ class Model:
     def render(self, camera: Camera | None = None, size: tuple[int, int] = (1280, 720), *, quality: str = "fast",
                samples: int = 0, depth_cue: str | None = None, background: Sequence[int] | None = None,
                without: Iterable[str] = (), finest_level: int = 0, max_error: float = 0, depth: bool = False,
-               threads: int = 0, light_follows: str | None = None) -> np.ndarray | tuple[np.ndarray, np.ndarray]:
+               threads: int = 0, light_follows: str | None = None, headlight: tuple[float, float] | None = None,
+               colour_by: str | None = None, colour_range: tuple[float, float] | None = None,
+               colour_map: str | None = None) -> np.ndarray | tuple[np.ndarray, np.ndarray]:
         """Draws a picture: [height][width][4] uint8, sRGB with straight alpha, top row first.
 
         camera        None: default_camera(size)
@@ -264,15 +270,23 @@ class Model:
         samples       per pixel of fine pictures, 1 .. 256; 0: 8
         depth_cue     None, "eye_dome" or "ambient_occlusion": shades by depth what has no colours
         background    (red, green, blue[, alpha]), 0 .. 255; None: dark grey
-        without       what to leave out: "texture", "colours", "shadows", "ground", "panorama", "reflections"
+        without       what to leave out: "texture", "colours", "shadows", "ground", "panorama", "reflections",
+                      "legend"
         finest_level  do not draw finer levels than this one; 0: all
         max_error     pixels: largest edge of a drawn voxel that has children; 0: 2, of fine pictures 1.42
         depth         also return depths: [height][width] float32, distance along the view in model units, infinity
                       where nothing is
         light_follows "eye": lights turn with the camera and cast no shadows; "model": they stay where they are; None:
                       those of the file stay, and a file without lights is lit from beside the eye
+        headlight     (right, up): one light in place of all others, which follows the camera and comes from so many
+                      degrees to the right of the eye, -180 .. 180, and above it, -90 .. 90
+        colour_by     name of a field: points have the colours of its values, and the picture a legend
+        colour_range  (least, most): values with the first and the last colour; None: most values lie between
+        colour_map    "viridis", "grey" or "classes", a colour for each label; None: classes for a field of labels, else
+                      viridis
 
-        Raises UsageError for a camera that sees nothing, InvalidError for a damaged file, LimitError.
+        Raises UsageError for a camera that sees nothing and for a field that is not there, InvalidError for a damaged
+        file, LimitError.
         """
         if camera is None:
             camera = self.default_camera(size)
@@ -280,14 +294,21 @@ class Model:
         options = _library.RenderOptions(quality=_choice("quality", quality, _QUALITIES), samples=samples,
                                          depth_cue=_choice("depth_cue", depth_cue, _DEPTH_CUES),
                                          finest_level=finest_level, max_error=max_error, threads=threads,
-                                         light_follows=_choice("light_follows", light_follows, _LIGHT_FOLLOWS))
+                                         light_follows=_choice("light_follows", light_follows, _LIGHT_FOLLOWS),
+                                         colour_map=_choice("colour_map", colour_map, _COLOUR_MAPS),
+                                         colour_by=None if colour_by is None else colour_by.encode())
         for name in without:
             options.flags |= _choice("without", name, _LEFT_OUT)
         if background is not None:
-            options.flags |= 1
+            options.flags |= _BACKGROUND
             options.background[:] = ([int(c) for c in background] + [255])[:4]
-        if not 1 <= width <= 32768 or not 1 <= height <= 32768:
-            raise UsageError(f"a picture of {width} x {height} pixels; each is 1 .. 32768")
+        if headlight is not None:
+            options.flags |= _HEADLIGHT
+            options.headlight[:] = [float(np.radians(angle)) for angle in headlight]
+        if colour_range is not None:
+            options.colour_range[:] = [float(end) for end in colour_range]
+        if not 1 <= width <= _MAX_EDGE or not 1 <= height <= _MAX_EDGE:
+            raise UsageError(f"a picture of {width} x {height} pixels; each is 1 .. {_MAX_EDGE}")
         pixels = np.empty((height, width, 4), np.uint8)
         depths = np.empty((height, width), np.float32) if depth else None
         picture = _library.Picture(width=width, height=height, pixels=pixels.ctypes.data, pixel_bytes=pixels.nbytes)

@@ -127,8 +127,18 @@ export interface RenderOptions {
     /** "eye": lights turn with the camera and cast no shadows; "model": they stay where they are. Default: those of the
      *  file stay, and a file without lights is lit from beside the eye. */
     lightFollows?: "default" | "eye" | "model";
+    /** One light in place of all others, which follows the camera: where it comes from, to the right of the eye, -pi ..
+     *  pi, and above it, -pi/2 .. pi/2. Default: none. */
+    headlight?: [right: number, up: number];
+    /** Name of a field: points have the colours of its values, and the picture a legend. Default: their own colours. With
+     *  another field, range or map than for the last picture everything is read anew. */
+    colourBy?: string;
+    /** Values with the first and the last colour, ascending. Default: most values lie between. */
+    colourRange?: [least: number, most: number];
+    /** "classes": a colour for each label. Default: "auto", classes for a field of labels, else viridis. */
+    colourMap?: "auto" | "viridis" | "grey" | "classes";
     /** What to leave out. */
-    without?: Array<"texture" | "colours" | "shadows" | "ground" | "panorama" | "reflections">;
+    without?: Array<"texture" | "colours" | "shadows" | "ground" | "panorama" | "reflections" | "legend">;
 }
 
 export interface Picture {

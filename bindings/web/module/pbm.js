@@ -18,14 +18,16 @@ export const ATTRIBUTES = Object.freeze({
 
 const LATER = 7,
     FAILED = 1; // what the callback returns
-const USE_BACKGROUND = 1;
-const LEAVE_OUT = { texture: 2, colours: 4, shadows: 8, ground: 16, panorama: 32, reflections: 64 };
+const USE_BACKGROUND = 1,
+    USE_HEADLIGHT = 128;
+const LEAVE_OUT = { texture: 2, colours: 4, shadows: 8, ground: 16, panorama: 32, reflections: 64, legend: 256 };
 const CLIP_PLANE = 1,
     CLIP_BOX = 2;
 const BACKS = { auto: 0, show: 1, hide: 2 };
 const QUALITIES = { fast: 0, fine: 1 };
 const DEPTH_CUES = { none: 0, "eye-dome": 1, "ambient-occlusion": 2 };
 const LIGHT_FOLLOWS = { default: 0, eye: 1, model: 2 };
+const COLOUR_MAPS = { auto: 0, viridis: 1, grey: 2, classes: 3 };
 const LEVELS = { full: 0, quick: 1, deep: 2 };
 const SEVERITIES = ["info", "warning", "error"];
 const NO_OFFSET = 2 ** 64; // UINT64_MAX as a number
@@ -146,11 +148,16 @@ class Model {
             depthCount = given.depths ? width * height : 0;
         const pixels = pbm.room(pixelBytes + 4 * depthCount),
             depths = given.depths ? pixels + pixelBytes : 0;
-        writeCamera(memory, camera, given.camera);
-        writeOptions(memory, options, given, pbm.threads);
-        memory.write(PICTURE, picture, { width, height, pixels, pixelBytes, depths, depthCount });
-
-        const code = this.#code((error) => calls.module._pbm_render(this.#handle, camera, options, picture, error));
+        const colourBy = given.colourBy ? memory.allocateText(given.colourBy) : 0;
+        let code;
+        try {
+            writeCamera(memory, camera, given.camera);
+            writeOptions(memory, options, { ...given, colourBy }, pbm.threads);
+            memory.write(PICTURE, picture, { width, height, pixels, pixelBytes, depths, depthCount });
+            code = this.#code((error) => calls.module._pbm_render(this.#handle, camera, options, picture, error));
+        } finally {
+            calls.module._free(colourBy);
+        }
         let error = null;
         if (code !== CODES.OK) {
             error = calls.lastError();
@@ -211,7 +218,7 @@ function writeCamera(memory, address, camera) {
 }
 
 function writeOptions(memory, address, given, threads) {
-    let flags = given.background ? USE_BACKGROUND : 0;
+    let flags = (given.background ? USE_BACKGROUND : 0) | (given.headlight ? USE_HEADLIGHT : 0);
     const without = given.without ?? [];
     if (!Array.isArray(without)) throw usage(`without is ${without}, not an array of names`);
     for (const name of without) flags |= oneOf(LEAVE_OUT, name, "without");
@@ -219,6 +226,10 @@ function writeOptions(memory, address, given, threads) {
         quality: oneOf(QUALITIES, given.quality ?? "fast", "quality"),
         depthCue: oneOf(DEPTH_CUES, given.depthCue ?? "none", "depthCue"),
         lightFollows: oneOf(LIGHT_FOLLOWS, given.lightFollows ?? "default", "lightFollows"),
+        colourMap: oneOf(COLOUR_MAPS, given.colourMap ?? "auto", "colourMap"),
+        colourBy: given.colourBy,
+        colourRange: given.colourRange,
+        headlight: given.headlight,
         samples: given.samples,
         finestLevel: given.finestLevel,
         maxError: given.maxError,

@@ -31,7 +31,7 @@ export const CAMERA = structure(
 );
 export const OPTIONS = structure(
     "u32 structSize, i32 quality, i32 samples, i32 depthCue, u32 flags, u8 background 4, i32 finestLevel, f64 maxError, " +
-        "i32 threads, u64 maxMemory, i32 lightFollows",
+        "i32 threads, u64 maxMemory, i32 lightFollows, f64 colourRange 2, f64 headlight 2, address colourBy, i32 colourMap",
 );
 export const PICTURE = structure(
     "u32 structSize, i32 width, i32 height, address pixels, u32 pixelBytes, u32 stride, address depths, u32 depthCount, " +
@@ -53,7 +53,8 @@ const RANGES = {
     u64: [0, Number.MAX_SAFE_INTEGER],
 };
 
-const decoder = new TextDecoder();
+const decoder = new TextDecoder(),
+    encoder = new TextEncoder();
 
 function isWithin(number, [least, largest]) {
     return Number.isInteger(number) && number >= least && number <= largest;
@@ -90,6 +91,14 @@ export class Memory {
                 message: `no memory left for ${count} bytes`,
             });
         return address >>> 0;
+    }
+
+    /** @returns {number} address of a copy of the text, which ends with a zero byte */
+    allocateText(text) {
+        const bytes = encoder.encode(`${text}\0`);
+        const address = this.allocate(bytes.length);
+        this.bytes(address, bytes.length).set(bytes);
+        return address;
     }
 
     /** The text that ends with a zero byte. */

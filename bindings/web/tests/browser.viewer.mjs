@@ -63,6 +63,8 @@ describe("pictures have the bytes of pbm-render", () => {
         ["1.0/colour-565", "backs", { show: ["show"], hide: ["hide"], none: [], auto: ["auto"] }],
         ["1.2/scan-closed", "backs", { show: ["show"], hide: ["hide"], "": [] }],
         ["1.0/scan-everything", "light-follows", { eye: ["eye"], sun: [], model: ["model"] }],
+        ["1.0/scan-everything", "headlight", { "30deg": [], "-45deg 22.5deg": ["-45,22.5"], "400deg 0": [] }],
+        ["1.1/scan-fields", "colour-by", { "": [], "height,-1,0.5,grey": ["height,-1,0.5,grey"] }],
     ]) {
         test(`with the attribute ${attribute}, of ${name}`, async () => {
             const body = `<pbm-viewer id="viewer" src="${name.slice(4)}.pbvg" background="#333" quality="fast">`;
@@ -73,7 +75,7 @@ describe("pictures have the bytes of pbm-render", () => {
                     await page.evaluate(([name, value]) => viewer.setAttribute(name, value), [attribute, value]);
                     await atRest(page);
                     const picture = await pictureOf(page);
-                    const option = words.flatMap((word) => [`--${attribute}`, word]);
+                    const option = words.map((word) => `--${attribute}=${word}`);
                     sameBytes(picture, await expectedOf(page, name, ["--quality", "fast", ...option]));
                     changes += picture.pixels.equals(usual.pixels) ? 0 : 1;
                 }
@@ -323,7 +325,7 @@ describe("the page", () => {
             ]);
             const names = await page.evaluate(() => {
                 const texts =
-                    "alt poster quality backs cameraOrbit cameraTarget fieldOfView background lightFollows loading reveal touchAction";
+                    "alt poster quality backs cameraOrbit cameraTarget fieldOfView background lightFollows headlight colourBy loading reveal touchAction";
                 const given = {
                     ...Object.fromEntries(texts.split(" ").map((name) => [name, "auto"])),
                     background: "#333",
@@ -331,6 +333,7 @@ describe("the page", () => {
                     autoRotate: true,
                     controls: false,
                     disableZoom: true,
+                    noLegend: true,
                 };
                 Object.assign(viewer, given);
                 const wrong = Object.keys(given).filter((name) => viewer[name] !== given[name]);
@@ -338,9 +341,9 @@ describe("the page", () => {
                 for (const name of texts.split(" ")) viewer[name] = null;
                 return { wrong, names, left: viewer.getAttributeNames() };
             });
-            const others = ["auto-rotate", "disable-zoom", "id", "max-memory", "src"];
+            const others = ["auto-rotate", "disable-zoom", "id", "max-memory", "no-legend", "src"];
             const texts = ["alt", "background", "backs", "camera-orbit", "camera-target", "field-of-view", "light-follows"];
-            const words = ["loading", "poster", "quality", "reveal", "touch-action"];
+            const words = ["headlight", "colour-by", "loading", "poster", "quality", "reveal", "touch-action"];
             assert.deepEqual(names.wrong, []);
             assert.deepEqual(names.names.sort(), [...others, ...texts, ...words].sort());
             assert.deepEqual(names.left.sort(), others);

@@ -45,7 +45,7 @@ for (const file of golden)
         }
     });
 
-const file = path.join(SOURCE, "format_spec/golden/1.0/scan-everything.pbvg");
+const all = path.join(SOURCE, "format_spec/golden/1.0/scan-everything.pbvg");
 const OPTIONS = [
     [{ without: ["texture"] }, ["--no-texture"]],
     [{ without: ["shadows", "ground"] }, ["--no-shadows", "--no-ground"]],
@@ -59,24 +59,37 @@ const OPTIONS = [
     [{ quality: "fine", samples: 3 }, ["--quality", "fine", "--samples", "3"]],
     [{ lightFollows: "eye" }, ["--light-follows", "eye"]],
     [{ lightFollows: "model" }, ["--light-follows", "model"]],
+    [{ headlight: [-Math.PI / 4, Math.PI / 8] }, ["--headlight=-45,22.5"]],
     [{ depthCue: "eye-dome" }, ["--depth-cue", "eye-dome"]],
     [{ depthCue: "ambient-occlusion" }, ["--depth-cue", "ambient-occlusion"]],
 ];
-for (const [options, native] of OPTIONS)
+const fields = path.join(SOURCE, "format_spec/golden/1.1/scan-fields.pbvg");
+const OF_FIELDS = [
+    [{ colourBy: "intensity" }, ["--colour-by=intensity"]],
+    [{ colourBy: "classification", quality: "fine" }, ["--colour-by=classification", "--quality", "fine"]],
+    [
+        { colourBy: "height", colourRange: [-1, 0.5], colourMap: "grey", without: ["legend"] },
+        ["--colour-by=height,-1,0.5,grey", "--no-legend"],
+    ],
+];
+for (const [file, options, native] of [
+    ...OPTIONS.map((each) => [all, ...each]),
+    ...OF_FIELDS.map((each) => [fields, ...each]),
+])
     test(`the picture with ${native.join(" ")}`, () => {
         const model = LIBRARIES[0].openBytes(bytesOf(file)),
             camera = model.defaultCamera(WIDTH, HEIGHT);
-        const all = native.includes("--quality") ? native : ["--quality", "fast", ...native];
+        const words = native.includes("--quality") ? native : ["--quality", "fast", ...native];
         assertSame(
             model.render({ camera, width: WIDTH, height: HEIGHT, depths: true, ...options }),
-            renderNatively(file, camera, WIDTH, HEIGHT, all),
+            renderNatively(file, camera, WIDTH, HEIGHT, words),
             native.join(" "),
         );
         model.close();
     });
 
 test("cameras that cut and that are orthographic", () => {
-    const model = LIBRARIES[0].openBytes(bytesOf(file)),
+    const model = LIBRARIES[0].openBytes(bytesOf(all)),
         camera = model.defaultCamera(WIDTH, HEIGHT);
     const { lowest, highest } = model.info(),
         middle = lowest.map((low, axis) => (low + highest[axis]) / 2);
@@ -88,7 +101,7 @@ test("cameras that cut and that are orthographic", () => {
     for (const [changes, native] of cameras)
         assertSame(
             model.render({ camera: { ...camera, ...changes }, width: WIDTH, height: HEIGHT, depths: true }),
-            renderNatively(file, camera, WIDTH, HEIGHT, ["--quality", "fast", ...native]),
+            renderNatively(all, camera, WIDTH, HEIGHT, ["--quality", "fast", ...native]),
             native.join(" "),
         );
     model.close();

@@ -17,6 +17,8 @@ viewer.maxMemory = 512;
 viewer.autoRotate = viewer.quality !== "fast";
 viewer.backs = "hide";
 viewer.lightFollows = null;
+viewer.headlight = "-60deg 20deg";
+viewer.colourBy = viewer.noLegend ? "height,0,1,grey" : null;
 // @ts-expect-error
 viewer.quality = "best";
 // @ts-expect-error

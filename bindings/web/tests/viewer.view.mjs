@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { describe, test } from "node:test";
 import { creditsOf, linked } from "../viewer/credit.js";
+import { colouringOf, headlightOf } from "../viewer/look.js";
 import { Motion } from "../viewer/motion.js";
 import * as orbits from "../viewer/orbit.js";
 
@@ -11,6 +12,21 @@ const near = (a, b, tolerance = 1e-9) => {
     for (const [i, x] of a.entries()) assert.ok(Math.abs(x - b[i]) <= tolerance, `${a} is not near ${b}`);
 };
 const ORBIT = { theta: 0.3, phi: 1.2, radius: 5, target: [0.1, 0.2, 0.3], viewAngle: 0.5 };
+
+describe("look", () => {
+    test("colours of a field are read as pbm-render --colour-by", () => {
+        assert.deepEqual(colouringOf(null), { colourBy: "" });
+        assert.deepEqual(colouringOf("a,b"), { colourBy: "a,b" });
+        assert.deepEqual(colouringOf("class,classes"), { colourBy: "class", colourMap: "classes" });
+        const whole = { colourBy: "a,b", colourRange: [-1.5, 2], colourMap: "grey" };
+        assert.deepEqual(colouringOf("a,b,-1.5,2,grey"), whole);
+    });
+    test("a headlight is two angles", () => {
+        near(headlightOf(" -45deg  0.5rad"), [-Math.PI / 4, 0.5]);
+        for (const text of [null, "", "30deg", "auto 0", "1 2", "181deg 0", "0 91deg", "0 0 0"])
+            assert.equal(headlightOf(text), null, text);
+    });
+});
 
 describe("orbit", () => {
     for (const up of ["+x", "+y", "+z"]) {

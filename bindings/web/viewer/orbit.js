@@ -143,7 +143,7 @@ function parseQuantity(text) {
 }
 
 // "30deg", "0.5rad", "auto" -> radians or null; throws a RangeError.
-function parseAngle(text) {
+export function parseAngle(text) {
     if (text.trim() === "auto") return null;
     const { value, unit } = parseQuantity(text) ?? {};
     if (unit === "deg") return (value * Math.PI) / 180;

@@ -22,6 +22,11 @@
 //                  unless the file says that its surface is closed
 //   light-follows  eye: lights turn with the view and cast no shadows; model: they stay where they are. Default: those
 //                  of the file stay, and a file without lights is lit from beside the eye
+//   headlight      "RIGHT UP": one light in place of all others, which turns with the view; angles to the right of the eye,
+//                  at most 180deg, and above it, at most 90deg: "-60deg 20deg". Anything else: none
+//   colour-by      "NAME[,MIN,MAX][,MAP]": points have the colours of a field's values, as pbm-render --colour-by draws
+//                  them; MAP: viridis, grey, classes. A field that the model lacks is an error
+//   no-legend      the legend of these colours is left out
 //   poster         address of a picture that is shown until the model is; or give an element slot="poster"
 //   loading        auto (default) and lazy: once the element comes near the visible part of the page; eager: at once
 //   reveal         auto (default): the poster goes with the first picture; manual: with dismissPoster()
@@ -150,6 +155,8 @@ export class PbmViewer extends HTMLElement {
     fieldOfView: string | null;
     background: string | null;
     lightFollows: "eye" | "model" | null;
+    headlight: string | null;
+    colourBy: string | null;
     loading: "auto" | "lazy" | "eager" | null;
     reveal: "auto" | "manual" | null;
     touchAction: string | null;
@@ -157,6 +164,7 @@ export class PbmViewer extends HTMLElement {
     autoRotate: boolean;
     controls: boolean;
     disableZoom: boolean;
+    noLegend: boolean;
 
     /** The event `load` was dispatched. */
     readonly loaded: boolean;

@@ -4,6 +4,7 @@ import { CODES } from "../module/errors.js";
 import { showCredits } from "./credit.js";
 import { listen } from "./gestures.js";
 import { Hotspots } from "./hotspots.js";
+import { lookOf, wordOf } from "./look.js";
 import { Motion } from "./motion.js";
 import { cameraOf, describe, orbitFrom, orbitOf, stageOf } from "./orbit.js";
 import { adoptProperties, defineProperties } from "./properties.js";
@@ -21,11 +22,10 @@ const ZOOM_PAUSE = 400; // ms without zooming after which another zoom begins
 const ZOOM_DISTANCE = 12; // CSS pixels, the same
 const FAILURES_TOLD = 3; // in a row, before a network failure is an error event
 const BACKS = ["auto", "show", "hide"];
-const LIGHT_FOLLOWS = ["default", "eye", "model"];
 
 class PbmViewer extends HTMLElement {
     static observedAttributes = (
-        "src poster quality backs auto-rotate camera-orbit camera-target field-of-view background light-follows loading reveal controls alt"
+        "src poster quality backs auto-rotate camera-orbit camera-target field-of-view background light-follows headlight colour-by no-legend loading reveal controls alt"
     ).split(" ");
 
     #parts = {}; // by id
@@ -531,7 +531,7 @@ class PbmViewer extends HTMLElement {
             background: colour(this.getAttribute("background") ?? "transparent"),
             quality: this.getAttribute("quality") ?? "auto",
             backs: wordOf(this.getAttribute("backs"), BACKS),
-            lightFollows: wordOf(this.getAttribute("light-follows"), LIGHT_FOLLOWS),
+            look: lookOf(this),
             hotspots: this.#hotspots.places,
         });
     }
@@ -544,11 +544,6 @@ class PbmViewer extends HTMLElement {
 
 function fault(code, name, message) {
     return { code, name, offset: null, rule: "", message };
-}
-
-// Whatever else an attribute says is the first word, the default.
-function wordOf(text, words) {
-    return words.includes(text) ? text : words[0];
 }
 
 function isMotionReduced() {

@@ -14,6 +14,8 @@ export const PROPERTIES = {
     fieldOfView: String,
     background: String,
     lightFollows: String,
+    headlight: String,
+    colourBy: String,
     loading: String,
     reveal: String,
     touchAction: String,
@@ -21,6 +23,7 @@ export const PROPERTIES = {
     autoRotate: Boolean,
     controls: Boolean,
     disableZoom: Boolean,
+    noLegend: Boolean,
 };
 
 // Gives a class of elements the properties.

@@ -3,7 +3,7 @@
 // Messages to the worker                                    and from it
 //   start {canvas, url | blob, maxMemory}                     opened {info, camera, aspect}   the model is open
 //   view {camera, width, height, moving, background,          framed {camera, aspect}  default camera of a new size
-//         quality, backs, lightFollows, hotspots}             frame {camera, width, height, complete, visible,
+//         quality, backs, look, hotspots}                     frame {camera, width, height, complete, visible,
 //   pause {paused}                                                   pixels}
 //   ask {id, question, ...}                                   progress {bytes, wanted}
 //                                                             failed {error, fatal, passing}  passing: the next view
@@ -255,7 +255,7 @@ class ViewWorker {
             quality,
             ...(samples > 0 && { samples }),
             background: full.background,
-            lightFollows: full.lightFollows,
+            ...full.look,
             depths: true,
             maxError: MAX_ERROR[quality] * this.#coarser,
             maxMemory: Math.ceil(this.#maxMemory * DECODED_PART),

@@ -33,6 +33,8 @@ struct FieldEntry {
     std::uint64_t hash = 0; // XXH3-64 of the stored bytes
     StreamEntry stream;
     std::uint64_t offset = 0; // of the stored bytes in the file; computed by decode_field_directory
+
+    FileRange range() const { return {offset, stream.stored_bytes}; }
 };
 
 // The entries of a level: [chunks][fields].

@@ -1,6 +1,7 @@
 // Computes the averages of the coarser levels. BVG.md 7
 #include "pbm_format/levels/averages.h"
 #include "pbm_format/levels/subtree_merge.h"
+#include "system/free_memory.h"
 #include "system/threads/parallel.h"
 
 #include <algorithm>
@@ -287,6 +288,18 @@ void average_levels(Model &model, int threads) {
             });
     }
     average_fields(model, threads);
+}
+
+void set_levels(Model &model, std::vector<MortonCode> codes, PointAttributes points, int threads,
+                std::vector<Bytes> fields) {
+    LevelMasks masks = encode_octree(codes, model.parameters.grid.depth);
+    free_memory(codes);
+    model.levels.assign(masks.size(), {});
+    for (std::size_t level = 0; level < masks.size(); ++level)
+        model.levels[level].masks = std::move(masks[level]);
+    model.levels.back().points = std::move(points);
+    model.levels.back().fields = std::move(fields);
+    average_levels(model, threads);
 }
 
 } // namespace pbm

@@ -205,6 +205,10 @@ struct Model {
 // Fills levels depth-1 .. 0 with the averages of the finest points (BVG.md 7): integer sums, one vote per
 // finest point, independent of order, compiler and threads. Requires all `levels[L].masks` and `levels.back().points`.
 void average_levels(Model &model, int threads);
+// Replaces all levels of `model`: the octree whose finest nodes are `codes` (ascending, unique, not empty), their
+// `points` and stored values of fields, and the averages above. Grid and attributes must be set.
+void set_levels(Model &model, std::vector<MortonCode> codes, PointAttributes points, int threads,
+                std::vector<Bytes> fields = {});
 // The same for the fields (BVG.md 17.3), whose finest values are there; part of average_levels.
 void average_fields(Model &model, int threads);
 

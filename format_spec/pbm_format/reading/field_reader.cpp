@@ -13,8 +13,6 @@ Result<FieldReader> FieldReader::open(const Reader &reader) {
     const SectionEntry *const section = reader.section(SectionType::fields);
     if (section == nullptr)
         return Error{ErrorCode::usage, 0, "the file has no fields"};
-    if (!reader.source().is_whole())
-        return Error{ErrorCode::usage, 0, "fields are read from whole files"};
     FieldReader fields(reader);
     const Result<HeldBytes> stored = reader.source().require(section->range());
     if (!stored)
@@ -53,16 +51,17 @@ Status FieldReader::read_directory(const LevelDirectory &level) {
     if (!read)
         return std::move(read).error();
     directories_[static_cast<std::size_t>(level.level)] = std::move(*read);
+    reader_->source().drop(directory_range(level.level));
     return {};
 }
 
 Status FieldReader::load(int level, std::size_t index, std::size_t field, ByteView masks, ByteView parents,
                          Bytes &to) const {
-    const FieldEntry &entry = directories_[static_cast<std::size_t>(level)].at(index, field);
-    const Result<HeldBytes> stored = reader_->source().require({entry.offset, entry.stream.stored_bytes});
+    const FieldEntry &values = entry(level, index, field);
+    const Result<HeldBytes> stored = reader_->source().require(values.range());
     if (!stored)
         return stored.error();
-    return decode_field(entry, table_.fields[field], stored->bytes, masks, parents, to);
+    return decode_field(values, table_.fields[field], stored->bytes, masks, parents, to);
 }
 
 Status load_fields(Reader &reader, int threads, Model &model) {

@@ -8,8 +8,9 @@ namespace pbm {
 
 class FieldReader {
   public:
-    // For a file with fields, Reader::parameters().fields. `reader` must outlive the result, and its source must be
-    // whole.
+    // For a file with fields, Reader::parameters().fields. `reader` must outlive the result. Of a source that is not
+    // whole each function needs the bytes that it reads: the section of the fields, the directories of the fields of a
+    // level (directory_range), the values of a field in a chunk (FieldEntry::range).
     static Result<FieldReader> open(const Reader &reader);
 
     const std::vector<Field> &fields() const { return table_.fields; }
@@ -19,8 +20,15 @@ class FieldReader {
 
     // Verifies and returns the directory of the fields of a level, whose chunks are in `level`.
     Result<FieldDirectory> directory(const LevelDirectory &level) const;
-    // Reads it for `load`. Not for several threads at once.
+    FileRange directory_range(int level) const {
+        return reader_->section(SectionType::field_directory, static_cast<std::uint32_t>(level))->range();
+    }
+    // Reads it for `entry` and `load`, and drops its stored bytes. Not for several threads at once.
     Status read_directory(const LevelDirectory &level);
+    // Of a level whose directory was read before.
+    const FieldEntry &entry(int level, std::size_t chunk, std::size_t field) const {
+        return directories_[static_cast<std::size_t>(level)].at(chunk, field);
+    }
 
     // Decodes the stored values of a field in chunk `index` of `level`, whose directory was read before. `masks` and
     // `parents` as decode_field takes them. Safe to call from several threads.

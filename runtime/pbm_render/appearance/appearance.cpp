@@ -4,6 +4,8 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include <cmath>
+
 namespace pbm {
 namespace {
 
@@ -40,6 +42,14 @@ Appearance::Appearance(const ModelParameters &parameters)
         palette = parameters.texture.front().palette;
     if (parameters.ground && parameters.ground->texture)
         ground_palette = parameters.ground->texture->palette;
+}
+
+void set_headlight(Appearance &appearance, double right, double up) {
+    const EyeAxes axes = front_axes(appearance.up);
+    const glm::vec3 from(std::cos(up) * (std::sin(right) * axes.right - std::cos(right) * axes.forward) +
+                         std::sin(up) * axes.up);
+    appearance.lights = {{.kind = LightKind::directional, .direction = {-from.x, -from.y, -from.z}}};
+    appearance.lights_follow = LightsFollow::eye;
 }
 
 std::vector<Light> lights_to_keep(const Appearance &appearance, const ModelParameters &file) {

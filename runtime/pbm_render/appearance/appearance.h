@@ -55,6 +55,10 @@ struct Appearance {
     bool operator==(const Appearance &) const = default;
 };
 
+// Replaces the lights by one that follows the eye: its light comes from `right` radians to the right of the eye and
+// `up` above it.
+void set_headlight(Appearance &appearance, double right, double up);
+
 // Returns the lights to store in `file`: those of the appearance, or none if they still are the default_lights of a
 // file without lights.
 std::vector<Light> lights_to_keep(const Appearance &appearance, const ModelParameters &file);

@@ -1,5 +1,6 @@
 #include "pbm_render/detail/chunk_loader.h"
 
+#include "pbm_format/chunks/field_chunk.h"
 #include "pbm_format/container/file_rules.h"
 
 #include <algorithm>
@@ -46,6 +47,14 @@ Status ChunkLoader::begin_level(const LevelDirectory &level) {
     return fields_ ? fields_->read_directory(level) : Status();
 }
 
+std::vector<FileRange> ChunkLoader::directories_wanted(int level) const {
+    std::vector<FileRange> wanted{reader_.directory_range(level)};
+    if (fields_)
+        wanted.push_back(fields_->directory_range(level));
+    std::erase_if(wanted, [&](FileRange range) { return reader_.source().has(range); });
+    return wanted;
+}
+
 // A point's index in the colour map takes the place of its texture value.
 Status ChunkLoader::load_field(const ChunkTask &task, ResidentChunk &to) const {
     const auto [level, index] = task.place;
@@ -56,7 +65,9 @@ Status ChunkLoader::load_field(const ChunkTask &task, ResidentChunk &to) const {
         level == 1 ? ByteView(root)
                    : slice(task.parent->field, field.bytes * (task.entry->first_node - task.parent_entry->first_point),
                            std::uint64_t{field.bytes} * task.entry->shape.nodes);
-    if (Status status = fields_->load(level, index, number, to.view.masks, above, to.field); !status)
+    if (Status status = decode_field(fields_->entry(level, index, number), field, task.bytes.field.bytes, to.view.masks,
+                                     above, to.field);
+        !status)
         return status;
     index_field(*colours_, field, to.field, to.field_indices);
     to.view.textures = to.field_indices;
@@ -132,9 +143,19 @@ std::uint64_t ChunkLoader::memory_of(int level, const ChunkEntry &entry) const {
     return bytes;
 }
 
+std::optional<StoredChunk> ChunkLoader::bytes_of(ChunkPlace place) const {
+    std::optional<ChunkBytes> chunk = reader_.chunk_bytes(place.level, place.index);
+    std::optional<HeldBytes> field = fields_ ? reader_.source().view(ranges_of(place)[2]) : HeldBytes();
+    if (!chunk || !field)
+        return std::nullopt;
+    return StoredChunk{std::move(*chunk), std::move(*field)};
+}
+
 bool ChunkLoader::has_bytes(ChunkPlace place) const {
-    const auto has = [&](FileRange range) { return reader_.source().has(range); };
-    return reader_.source().is_whole() || (has(ranges_of(place)[0]) && has(ranges_of(place)[1]));
+    std::vector<FileRange> wanted;
+    if (!reader_.source().is_whole())
+        list_wanted(place, wanted);
+    return wanted.empty();
 }
 
 void ChunkLoader::list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const {

@@ -13,24 +13,31 @@ namespace pbm {
 // The picture that chunks are loaded for.
 using FramePointer = std::shared_ptr<const FrameGeometry>;
 
+// The stored bytes of a chunk.
+struct StoredChunk : ChunkBytes {
+    HeldBytes field; // of the field that points show
+};
+
 struct ChunkTask {
     ChunkPlace place;
     const ChunkEntry *entry = nullptr;
     const ChunkEntry *parent_entry = nullptr; // null for level 1
     ResidentPointer parent;                   // null for level 1
     MemoryClaim memory;                       // memory_of(place.level, *entry); the chunk takes it over
-    ChunkBytes bytes;                         // bytes_of(place)
+    StoredChunk bytes;                        // bytes_of(place)
     FramePointer frame;                       // the picture that shows it as a whole, or null
 };
 
 class ChunkLoader {
   public:
     // `reader` must outlive the loader and must have read the directories of the levels that are loaded. `colours`: of
-    // the field that points show, or null; the file then has it, and its source is whole. Thread-safe.
+    // the field that points show, or null; the file then has it, and the source its section of fields. Thread-safe.
     explicit ChunkLoader(const Reader &reader, const FieldColours *colours = nullptr);
 
     // Reads what the loading of a level needs beside its directory.
     Status begin_level(const LevelDirectory &level);
+    // The directories of a level that the source lacks.
+    std::vector<FileRange> directories_wanted(int level) const;
 
     // Estimates the surface offsets of the bricks that task.frame shows, so that no frame waits for them.
     //
@@ -40,7 +47,7 @@ class ChunkLoader {
     // Bytes that a chunk takes while it is resident, with surface offsets for all of its points.
     std::uint64_t memory_of(int level, const ChunkEntry &entry) const;
     // The stored bytes of a chunk; empty if the source lacks some of them.
-    std::optional<ChunkBytes> bytes_of(ChunkPlace place) const { return reader_.chunk_bytes(place.level, place.index); }
+    std::optional<StoredChunk> bytes_of(ChunkPlace place) const;
     bool has_bytes(ChunkPlace place) const;
     // Appends those ranges of the chunk in the file that the source lacks.
     void list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const;
@@ -58,8 +65,10 @@ class ChunkLoader {
     bool is_mapped() const { return reader_.header().storage() == Storage::mapped; }
     Status decode(const ChunkTask &task, ResidentChunk &to) const;
     Status load_field(const ChunkTask &task, ResidentChunk &to) const;
-    std::array<FileRange, 2> ranges_of(ChunkPlace place) const {
-        return {reader_.chunk_range(place.level, place.index), reader_.brick_range(place.level, place.index)};
+    // Of its streams, its bricks and the shown field; no bytes where there are none.
+    std::array<FileRange, 3> ranges_of(ChunkPlace place) const {
+        return {reader_.chunk_range(place.level, place.index), reader_.brick_range(place.level, place.index),
+                fields_ ? fields_->entry(place.level, place.index, colours_->field).range() : FileRange{}};
     }
 
     const Reader &reader_;

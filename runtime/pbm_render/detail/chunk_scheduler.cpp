@@ -117,7 +117,7 @@ std::optional<ChunkTask> ChunkScheduler::take_task() try {
     if (next == queue_.size())
         return std::nullopt;
     const ChunkPlace place = queue_[next].place;
-    std::optional<ChunkBytes> bytes = loader_.bytes_of(place);
+    std::optional<StoredChunk> bytes = loader_.bytes_of(place);
     if (!bytes) // dropped by another thread: the next view wants it again
         return std::nullopt;
     std::optional<ChunkTask> task = cache_.begin_loading(place, loader_);

@@ -141,10 +141,12 @@ std::vector<FileRange> StreamedModel::bounds_wanted() const {
             continue;
         }
         for (const SectionType type :
-             {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks})
+             {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks,
+              SectionType::field_directory, SectionType::field_values})
             if (const SectionEntry *entry = reader.section(type, static_cast<std::uint32_t>(level));
-                entry != nullptr && !reader.source().has({entry->offset, entry->stored_bytes}))
-                wanted.push_back({entry->offset, entry->stored_bytes});
+                entry != nullptr && (parts_->colours || type < SectionType::field_directory) &&
+                !reader.source().has(entry->range()))
+                wanted.push_back(entry->range());
     }
     return wanted;
 }
@@ -156,7 +158,7 @@ Detail StreamedModel::choose(const DetailView &view) {
     const Reader &reader = parts_->reader;
     const auto next_level = [&] { return parts_->cache.known_levels() + 1; };
     const auto needs_directory = [&] { return selection.needs_directory && next_level() <= parts_->finest; };
-    while (needs_directory() && reader.source().has(reader.directory_range(next_level()))) {
+    while (needs_directory() && parts_->loader.directories_wanted(next_level()).empty()) {
         lock.unlock();
         Status status = parts_->read_directory(next_level());
         lock.lock();
@@ -171,7 +173,8 @@ Detail StreamedModel::choose(const DetailView &view) {
         for (const MissingChunk &chunk : detail.missing)
             parts_->list_wanted(chunk.place, detail.wanted);
         if (needs_directory())
-            detail.wanted.push_back(reader.directory_range(next_level()));
+            for (const FileRange range : parts_->loader.directories_wanted(next_level()))
+                detail.wanted.push_back(range);
     }
     detail.chunks.reserve(selection.present.size());
     for (const ChunkPlace place : selection.present) {

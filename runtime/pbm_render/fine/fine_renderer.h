@@ -30,7 +30,7 @@ namespace pbm {
 
 class Surroundings; // pbm_render/surroundings/surroundings.h
 
-inline constexpr int kDefaultSamples = 8; // per pixel
+inline constexpr int kDefaultSamples = 8, kMaxSamples = 256; // per pixel; the largest number that programs offer
 
 class FineRenderer {
   public:

@@ -31,15 +31,6 @@ std::pair<std::string, std::string> in_words(const Error &error) {
     case ErrorCode::truncated:
         return {"The file has another length than it should: it was cut off, or it is still being written.", kCopyAnew};
     case ErrorCode::bad_hash: return {"The file is damaged: bytes were changed after it was written.", kCopyAnew};
-    case ErrorCode::bad_header:
-    case ErrorCode::bad_table:
-    case ErrorCode::bad_section:
-    case ErrorCode::bad_directory:
-    case ErrorCode::bad_octree:
-    case ErrorCode::bad_attribute:
-    case ErrorCode::bad_image:
-    case ErrorCode::bad_content:
-        return {"The file contradicts itself: it is damaged, or a faulty program wrote it.", kBuildAnew};
     case ErrorCode::too_large: return {"The file exceeds the limits of the format.", kBuildAnew};
     case ErrorCode::unsupported_version:
         return {"The file has a format version that this program does not read.", "Install a newer version of PBM."};
@@ -48,8 +39,10 @@ std::pair<std::string, std::string> in_words(const Error &error) {
     case ErrorCode::io: return own_words(error, "Check the file's name, its permissions and the disk.");
     case ErrorCode::memory: return own_words(error, "End other programs, or show a smaller model.");
     case ErrorCode::bad_input: return own_words(error, "Export or copy the scan again.");
-    case ErrorCode::usage: break;
+    default: break;
     }
+    if (is_damage(error.code))
+        return {"The file contradicts itself: it is damaged, or a faulty program wrote it.", kBuildAnew};
     return own_words(error, "");
 }
 

@@ -18,7 +18,6 @@
 #include <vector>
 
 namespace pbm {
-inline constexpr int kMaxSamples = 64;
 
 enum class Renderer { fast, reference };
 

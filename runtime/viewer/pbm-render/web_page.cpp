@@ -6,6 +6,7 @@
 #include "system/files/file_names.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"
+#include "viewer/options/option_values.h"
 #include "viewer/pictures/jpeg_encoder.h"
 
 #include <glm/common.hpp>
@@ -98,8 +99,15 @@ std::string view_attributes(const WebPage &page) {
     std::string text = camera_attributes(page);
     if (view.backs != Backs::automatic)
         text += " backs=\"" + word_of(view.backs) + '"';
-    if (view.look.lights_follow)
-        text += " light-follows=\"" + word_of(*view.look.lights_follow) + '"';
+    const LookOptions &look = view.look;
+    if (look.lights_follow)
+        text += " light-follows=\"" + word_of(*look.lights_follow) + '"';
+    if (look.headlight)
+        text += " headlight=\"" + to_string(Value(look.headlight->right)) + "deg " +
+                to_string(Value(look.headlight->up)) + "deg\"";
+    if (look.colour_by)
+        text += " colour-by=\"" + command_line::markup(colour_by_text(*look.colour_by)) + '"' +
+                (look.legend ? "" : " no-legend");
     return text;
 }
 

@@ -1,11 +1,11 @@
 // Draws a model with a look. All programs draw through it.
 #pragma once
 
+#include "pbm_render/appearance/legend.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/surroundings/surroundings.h"
 #include "system/threads/thread_pool.h"
-#include "viewer/pictures/legend.h"
 #include "viewer/scene/look.h"
 #include "viewer/scene/scene.h"
 

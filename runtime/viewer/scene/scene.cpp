@@ -2,7 +2,7 @@
 
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
-#include "viewer/scene/field_choice.h"
+#include "pbm_render/appearance/field_choice.h"
 
 #include <algorithm>
 
@@ -59,7 +59,7 @@ Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, Strea
     if (!opened)
         return opened.error();
     if (colour_by && (!colour_by->if_there || has_field(opened->reader.parameters(), colour_by->field))) {
-        auto colours = choose_field_colours(opened->reader, *colour_by);
+        auto colours = choose_field_colours(opened->reader, colour_by->field, colour_by->choice);
         if (!colours)
             return colours.error();
         options.field = std::move(*colours);

@@ -173,6 +173,16 @@ class Pictures(Case):
             self.assertTrue((usual == eye).all())
             self.assertLess(fixed[..., :3].mean(), usual[..., :3].mean() - 5)
 
+    def test_colours_of_a_field_and_a_headlight(self):
+        with pbm.open(self.path) as model:
+            camera = model.default_camera((60, 40))
+            own, coloured, grey = (model.render(camera, (60, 40), **look) for look in (
+                {}, {"colour_by": "height"}, {"colour_by": "height", "colour_map": "grey", "colour_range": (-0.5, 0.5)}))
+            self.assertTrue((own[20, 30] != coloured[20, 30]).any())
+            self.assertTrue((grey[..., 0] == grey[..., 2]).all())
+            left, right = (model.render(camera, (60, 40), headlight=(angle, 0)).astype(int) for angle in (-60, 60))
+            self.assertGreater(left[20, 22, 0], right[20, 22, 0] + 20)
+
     def test_orbit_keeps_the_distance(self):
         camera = pbm.Camera((3, 1, 0), (1, 1, 0))
         self.assertTrue(np.allclose(camera.orbited(90).position, (1, 1, -2)))
@@ -180,6 +190,8 @@ class Pictures(Case):
     def test_errors(self):
         with pbm.open(self.path) as model:
             for arguments in ({"quality": "best"}, {"depth_cue": "x"}, {"light_follows": "x"}, {"without": ["sky"]}, {"size": (0, 10)},
+                              {"headlight": (0, 91)}, {"colour_by": "width"}, {"colour_map": "rainbow"},
+                              {"colour_by": "height", "colour_range": (1, 0)},
                               {"size": (40000, 10)}, {"samples": 1000}, {"threads": -5},
                               {"camera": pbm.Camera((0, 0, float("nan")), (0, 0, 0))},
                               {"camera": pbm.Camera((0, 0), (0, 0, 0))}, {"camera": pbm.Camera((1, 1, 1), (1, 1, 1))}):

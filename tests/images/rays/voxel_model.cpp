@@ -83,12 +83,7 @@ Model voxelise_by_brute_force(const TriangleMesh &mesh, int depth, double cube_e
     }
     points.radii.assign(codes.size(), radius_index(0.87 / static_cast<double>(1 << depth)));
 
-    LevelMasks masks = encode_octree(codes, depth);
-    model.levels.resize(masks.size());
-    for (std::size_t level = 0; level < masks.size(); ++level)
-        model.levels[level].masks = std::move(masks[level]);
-    model.levels.back().points = std::move(points);
-    average_levels(model, 1);
+    set_levels(model, std::move(codes), std::move(points), 1);
     return model;
 }
 

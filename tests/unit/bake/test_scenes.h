@@ -53,15 +53,7 @@ class VoxelScene {
             points.normals.push_back(normal);
         }
         points.radii.assign(codes.size(), radius_index(0.87 / kEdge));
-        LevelMasks masks = encode_octree(codes, kDepth);
-        model.levels.resize(masks.size());
-        for (std::size_t level = 0; level < masks.size(); ++level) {
-            model.levels[level].masks = std::move(masks[level]);
-            model.levels[level].points.normals.resize(model.levels[level].masks.size());
-        }
-        for (std::size_t level = 1; level < model.levels.size(); ++level)
-            model.levels[level].points.normals.resize(count_children(model.levels[level].masks));
-        model.levels.back().points = std::move(points);
+        set_levels(model, std::move(codes), std::move(points), 1);
         return model;
     }
 

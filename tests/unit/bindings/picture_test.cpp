@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 namespace pbm::test {
@@ -223,6 +224,64 @@ TEST(CApiPicture, LightsFollowTheEyeOrTheModel) {
     }
 }
 
+TEST(CApiPicture, AHeadlightShinesFromItsSideOfTheEye) {
+    const BallModel ball;
+    const pbm_camera camera = camera_of(ball.get(), kWidth, kHeight);
+    for (const int quality : {PBM_FAST, PBM_FINE})
+        for (const double side : {-1.0, 1.0}) {
+            pbm_render_options options = PBM_NEW(pbm_render_options);
+            options.quality = quality;
+            options.samples = 2;
+            options.flags = static_cast<std::uint32_t>(PBM_BACKGROUND) | PBM_HEADLIGHT; // black
+            options.headlight[0] = 1.2 * side;
+            Picture picture(kWidth, kHeight);
+            pbm_error error;
+            ASSERT_EQ(pbm_render(ball.get(), &camera, &options, &picture.api, &error), PBM_OK) << error.message;
+            std::array<std::int64_t, 2> sums{}; // left and right half
+            for (std::size_t i = 0; i < picture.pixels.size(); i += 4)
+                sums[i / 4 % kWidth < kWidth / 2 ? 0 : 1] += picture.pixels[i];
+            EXPECT_GT(sums[side > 0 ? 1 : 0], sums[side > 0 ? 0 : 1] * 3 / 2);
+        }
+}
+
+// The field of the ball is its height.
+TEST(CApiPicture, PointsHaveTheColoursOfAField) {
+    const BallModel ball;
+    const pbm_camera camera = camera_of(ball.get(), 640, 480);
+    pbm_error error;
+    pbm_render_options options = PBM_NEW(pbm_render_options);
+    const auto draw = [&] {
+        Picture picture(640, 480);
+        EXPECT_EQ(pbm_render(ball.get(), &camera, &options, &picture.api, &error), PBM_OK) << error.message;
+        return picture.pixels;
+    };
+    const std::vector<std::uint8_t> own = draw();
+    options.colour_by = "Height"; // in any case
+    const std::vector<std::uint8_t> with_legend = draw();
+    options.flags = PBM_NO_LEGEND;
+    const std::vector<std::uint8_t> viridis = draw();
+    const auto pixel = [](const std::vector<std::uint8_t> &pixels, std::size_t x, std::size_t y) {
+        return std::array<int, 3>{pixels[4 * (640 * y + x)], pixels[4 * (640 * y + x) + 1],
+                                  pixels[4 * (640 * y + x) + 2]};
+    };
+    const std::array<int, 3> top = pixel(viridis, 320, 60), bottom = pixel(viridis, 320, 420);
+    EXPECT_GT(top[1], 2 * top[2]);           // yellow
+    EXPECT_GT(bottom[2], bottom[1] * 3 / 2); // violet
+    EXPECT_EQ(pixel(viridis, 10, 10), pixel(own, 10, 10));
+    EXPECT_NE(pixel(with_legend, 620, 20), pixel(viridis, 620, 20));
+    EXPECT_EQ(pixel(with_legend, 320, 420), bottom);
+    options.colour_map = PBM_MAP_GREY;
+    options.colour_range[0] = 0.9;
+    options.colour_range[1] = 1;
+    const std::array<int, 3> dark = pixel(draw(), 320, 420);
+    EXPECT_EQ(dark, (std::array<int, 3>{dark[0], dark[0], dark[0]}));
+    EXPECT_LT(dark[0], 20); // below the range
+    options = PBM_NEW(pbm_render_options);
+    options.struct_size = offsetof(pbm_render_options, colour_range); // of a program that does not know of fields
+    options.colour_by = "nothing";
+    EXPECT_EQ(draw(), own);
+}
+
 TEST(CApiPicture, IsCoarserWhereMemoryIsLimited) {
     const std::vector<std::uint8_t> bytes = ball_bytes({{"depth", "7"}});
     pbm_model *model = nullptr;
@@ -279,12 +338,25 @@ TEST(CApiPicture, RefusesSizesAndOptionsThatAreNone) {
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.samples = -1; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.depth_cue = 3; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.light_follows = 3; }));
-    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.flags = 128; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.flags = 512; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.finest_level = 17; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.max_error = -1; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.max_error = std::numeric_limits<double>::quiet_NaN(); }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.threads = 2000; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.struct_size = 3; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.flags = PBM_HEADLIGHT, o.headlight[0] = 3.2; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.flags = PBM_HEADLIGHT, o.headlight[1] = -1.6; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) {
+        o.flags = PBM_HEADLIGHT;
+        o.headlight[1] = std::numeric_limits<double>::quiet_NaN();
+    }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.colour_by = "width"; }));
+    EXPECT_STREQ(error.message, "the model has no field 'width' but height");
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.colour_by = "height", o.colour_map = 4; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.colour_by = "height", o.colour_range[0] = 1; }));
+    EXPECT_TRUE(refuses(
+        [](pbm_render_options &o) { o.colour_by = "height", o.colour_map = PBM_MAP_CLASSES, o.colour_range[1] = 1; }));
+    EXPECT_FALSE(refuses([](pbm_render_options &o) { o.colour_by = ""; }));
 }
 
 TEST(CApiPicture, LeavesOutWhatTheOptionsSay) {

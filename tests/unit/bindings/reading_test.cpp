@@ -344,7 +344,9 @@ TEST(CApiRanges, ReportsWhatTheCallbackCannotRead) {
 }
 
 // Bytes arrive in order, piece by piece: pictures become finer, and the last one is that of the whole file.
-TEST(CApiRanges, DrawWhatHasArrived) {
+void expect_pictures_become_finer(const char *colour_by) {
+    pbm_render_options look = PBM_NEW(pbm_render_options);
+    look.colour_by = colour_by;
     for (const char *const store : {"packed", "mapped"}) {
         const Options options{{"depth", "7"},          {"store", store},          {"ground", "wood"},
                               {"panorama", "default"}, {"panorama-width", "256"}, {"ground-resolution", "64"}};
@@ -354,7 +356,7 @@ TEST(CApiRanges, DrawWhatHasArrived) {
         ASSERT_EQ(pbm_open_memory(server.bytes.data(), server.bytes.size(), &whole, &error), PBM_OK) << error.message;
         const pbm_camera camera = camera_of(whole, 300, 200);
         Picture exact(300, 200), drawn(300, 200);
-        ASSERT_EQ(pbm_render(whole, &camera, nullptr, &exact.api, &error), PBM_OK) << error.message;
+        ASSERT_EQ(pbm_render(whole, &camera, &look, &exact.api, &error), PBM_OK) << error.message;
         EXPECT_EQ(pbm_open_ranges(Server::read, &server, server.bytes.size(), &ranged, &error), PBM_PENDING);
         EXPECT_EQ(error.code, PBM_PENDING);
         EXPECT_EQ(error.offset, 0U);
@@ -378,7 +380,7 @@ TEST(CApiRanges, DrawWhatHasArrived) {
                 EXPECT_EQ(informed, PBM_PENDING) << error.message;
             pending += informed == PBM_PENDING ? 1 : 0;
             server.later.clear();
-            ASSERT_EQ(pbm_render(ranged, &camera, nullptr, &drawn.api, &error), PBM_OK) << error.message;
+            ASSERT_EQ(pbm_render(ranged, &camera, &look, &drawn.api, &error), PBM_OK) << error.message;
             is_exact = server.later.empty();
             ++pictures;
             EXPECT_TRUE(!is_exact || drawn.pixels == exact.pixels);
@@ -391,6 +393,10 @@ TEST(CApiRanges, DrawWhatHasArrived) {
         pbm_close(ranged);
     }
 }
+
+TEST(CApiRanges, DrawWhatHasArrived) { expect_pictures_become_finer(nullptr); }
+
+TEST(CApiRanges, DrawTheColoursOfAFieldOnceTheyHaveArrived) { expect_pictures_become_finer("height"); }
 
 // A call that lacks bytes asks for all ranges that it knows it needs, so that they can be fetched at once.
 TEST(CApiRanges, AsksForAllRangesThatItKnowsOf) {

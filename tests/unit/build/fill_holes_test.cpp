@@ -173,7 +173,7 @@ TEST(FillHoles, WhatWasMeasuredIsNotMadeUp) {
     surface.colours = {};
     surface.normals.assign(given, {0, 0, 1});
     surface.radii.assign(given, 1);
-    surface.material_ids.assign(given, 1);
+    for_byte_attributes([&](auto &values) { values.assign(given, 1); }, surface);
     surface.materials.resize(2);
     surface.station_ids.assign(given, 0);
     surface.stations.resize(1);
@@ -188,7 +188,7 @@ TEST(FillHoles, WhatWasMeasuredIsNotMadeUp) {
     for (std::size_t i = given; i + 1 < surface.positions.size(); ++i) {
         EXPECT_EQ(surface.normals[i], glm::vec3(0));
         EXPECT_EQ(surface.radii[i], 0);
-        EXPECT_EQ(surface.material_ids[i], 1);
+        for_byte_attributes([&](const auto &values) { EXPECT_EQ(values[i], 1); }, surface);
         EXPECT_EQ(surface.station_ids[i], kNoStation);
         EXPECT_TRUE(std::isnan(surface.field_values[0][i].number));
     }

@@ -156,8 +156,8 @@ TEST(Upsampling, AttributesAreInterpolated) {
     for (const glm::dvec3 &p : surface.positions) {
         surface.colours.push_back(p.x < 0 ? Rgb8{0, 255, 10} : Rgb8{255, 0, 10});
         surface.radii.push_back(p.x < 0 ? 1.0F : 3.0F);
-        surface.material_ids.push_back(p.x < 0 ? 4 : 5);
-        surface.two_sided.push_back(p.x < 0 ? 1 : 0);
+        std::uint8_t number = 0;
+        for_byte_attributes([&](auto &values) { values.push_back(p.x < 0 ? ++number : 0); }, surface);
     }
     const std::size_t given = surface.positions.size();
     cloud.made(6);
@@ -165,8 +165,8 @@ TEST(Upsampling, AttributesAreInterpolated) {
     for (std::size_t i = given; i < surface.positions.size(); ++i) {
         const bool left = surface.positions[i].x < 0;
         EXPECT_EQ(surface.colours[i][2], 10);
-        EXPECT_EQ(surface.material_ids[i], left ? 4 : 5);
-        EXPECT_EQ(surface.two_sided[i], left ? 1 : 0);
+        std::uint8_t number = 0;
+        for_byte_attributes([&](const auto &values) { EXPECT_EQ(values[i], left ? ++number : 0); }, surface);
         if (std::fabs(surface.positions[i].x) < 1) {
             ++between;
             EXPECT_GT(surface.radii[i], 1.2F);

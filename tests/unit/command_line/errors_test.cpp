@@ -109,5 +109,15 @@ TEST(ErrorLog, KeepsEarlierLinesAndAddsOneEach) {
               std::string::npos);
 }
 
+TEST(ErrorCodes, DamageIsWhatIsMissingOrContradictsItself) {
+    for (int number = 0; to_string(static_cast<ErrorCode>(number)) != "unknown"; ++number) {
+        const auto code = static_cast<ErrorCode>(number);
+        const std::string_view name = to_string(code);
+        EXPECT_EQ(is_damage(code), name == "truncated" || (name.starts_with("bad_") && name != "bad_input")) << name;
+        EXPECT_EQ(has_offset({.code = code}), is_damage(code)) << name;
+        EXPECT_TRUE(has_offset({.code = code, .offset = 7})) << name;
+    }
+}
+
 } // namespace
 } // namespace pbm::command_line

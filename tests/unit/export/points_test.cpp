@@ -32,11 +32,7 @@ Model colourful_model(const Grid &grid, ColourFormat colour, std::size_t count) 
     parameters.attributes.colour = colour;
     parameters.attributes.material = true;
     parameters.materials = {{}, {0.1F, 0.3F, 1.0F / 3, 1024, {1, 2, 255}, 1}, {0, 1, 0, 0.7F, {0, 0, 1}, 0.1F}};
-    const LevelMasks masks = encode_octree(codes, grid.depth);
-    model.levels.resize(masks.size());
-    for (std::size_t level = 0; level < masks.size(); ++level)
-        model.levels[level].masks = masks[level];
-    PointAttributes &points = model.levels.back().points;
+    PointAttributes points;
     points.resize(codes.size(), parameters.attributes);
     const RadiusClasses classes = radius_classes(grid.depth);
     for (std::size_t i = 0; i < codes.size(); ++i) {
@@ -48,7 +44,7 @@ Model colourful_model(const Grid &grid, ColourFormat colour, std::size_t count) 
                           static_cast<std::uint8_t>(any >> 16)});
         points.materials[i] = static_cast<std::uint8_t>(i % 3);
     }
-    average_levels(model, 2);
+    set_levels(model, std::move(codes), std::move(points), 2);
     return model;
 }
 

@@ -40,11 +40,9 @@ inline Model incomplete_sphere() {
     for (std::size_t level = 1; level < model.levels.size(); ++level)
         codes = expand_level(codes, model.levels[level].masks, 512).value();
     codes.pop_back();
-    const LevelMasks masks = encode_octree(codes, 3);
-    for (std::size_t level = 0; level < masks.size(); ++level)
-        model.levels[level].masks = masks[level];
-    model.levels.back().points.resize(codes.size(), model.parameters.attributes);
-    average_levels(model, 1);
+    PointAttributes points = model.levels.back().points;
+    points.resize(codes.size(), model.parameters.attributes);
+    set_levels(model, std::move(codes), std::move(points), 1);
     return model;
 }
 

@@ -33,16 +33,11 @@ Bytes encoded(const Model &model, Storage storage = Storage::packed) {
 TEST(Fields, AveragesAreThoseOfTheFigure) {
     Model model;
     model.parameters.grid.depth = 2;
-    model.parameters.attributes = {};
-    const std::array<MortonCode, 5> codes{0, 1, 2, 56, 57};
-    const LevelMasks masks = encode_octree(codes, 2);
-    model.levels.resize(3);
-    for (std::size_t level = 0; level < 3; ++level)
-        model.levels[level].masks = masks[level];
+    PointAttributes points;
+    points.resize(5, {});
     for (const FieldAverage average : {FieldAverage::mean, FieldAverage::majority, FieldAverage::maximum})
         model.parameters.fields.push_back({.name = std::string(to_string(average)), .unit = "", .average = average});
-    model.levels[2].fields.assign(3, Bytes{10, 13, 0, 20, 10});
-    average_fields(model, 1);
+    set_levels(model, {0, 1, 2, 56, 57}, std::move(points), 1, {3, Bytes{10, 13, 0, 20, 10}});
     const std::vector<Bytes> octants{{12, 15}, {10, 10}, {13, 20}}, root{{13}, {10}, {20}};
     EXPECT_EQ(model.levels[1].fields, octants);
     EXPECT_EQ(model.levels[0].fields, root);

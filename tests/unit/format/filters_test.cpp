@@ -282,15 +282,10 @@ TEST(Filters, AnOnlyChildsAverageIsItself) {
             test::every_attribute(round % 2 == 0 ? ColourFormat::rgb565 : ColourFormat::rgb888, depth);
         model.parameters.grid = {.depth = depth, .origin = {}, .voxel_size = 1};
         model.parameters.attributes = set;
-        const std::vector<MortonCode> codes{random.below(32768)};
-        const LevelMasks masks = encode_octree(codes, depth);
-        model.levels.resize(masks.size());
-        for (std::size_t level = 0; level < masks.size(); ++level)
-            model.levels[level].masks = masks[level];
-        PointAttributes &points = model.levels.back().points;
-        points = random_points(random, 1, set, depth);
+        const MortonCode code = random.below(32768);
+        PointAttributes points = random_points(random, 1, set, depth);
         set_point_colour(points, 0, set.colour, {11, 222, 33});
-        average_levels(model, 1);
+        set_levels(model, {code}, points, 1);
         for (const Level &level : model.levels) {
             EXPECT_EQ(level.points.normals, points.normals);
             EXPECT_EQ(level.points.colours, points.colours);

@@ -15,12 +15,7 @@ Model two_points(std::uint16_t first, std::uint16_t second) {
         .colour = ColourFormat::rgb888, .material = true, .texture = true, .lights = 1, .shadow_bits = {}};
     model.parameters.attributes.shadow_bits[0] = {8, 4, 1};
     model.parameters.materials.resize(3);
-    const std::vector<MortonCode> codes{0, 1};
-    const LevelMasks masks = encode_octree(codes, 2);
-    model.levels.resize(3);
-    for (std::size_t level = 0; level < 3; ++level)
-        model.levels[level].masks = masks[level];
-    PointAttributes &points = model.levels[2].points;
+    PointAttributes points;
     points.resize(2, model.parameters.attributes);
     points.normals = {first, second};
     points.radii = {200, 203};
@@ -28,12 +23,12 @@ Model two_points(std::uint16_t first, std::uint16_t second) {
     points.materials = {2, 1};
     points.textures = {10, 13};
     points.shadows[0] = {0, 1};
+    set_levels(model, {0, 1}, std::move(points), 1);
     return model;
 }
 
 TEST(DetailLevels, AveragesAreTheRulesOfSectionSeven) {
-    Model model = two_points(5, 5);
-    average_levels(model, 1);
+    const Model model = two_points(5, 5);
     const PointAttributes &one = model.levels[1].points;
     EXPECT_EQ(one.normals, (std::vector<std::uint16_t>{5}));
     EXPECT_EQ(one.radii, Bytes{covering_radius(203, 1)});
@@ -48,8 +43,7 @@ TEST(DetailLevels, AveragesAreTheRulesOfSectionSeven) {
 
 TEST(DetailLevels, AThinWallBecomesTwoSidedWithTheNormalOfItsPlane) {
     const std::uint16_t up = quantise_normal(0.01, 0.02, 1), down = quantise_normal(0.01, 0.02, -1);
-    Model model = two_points(up, down);
-    average_levels(model, 1);
+    const Model model = two_points(up, down);
     const std::uint16_t stored = model.levels[1].points.normals[0];
     EXPECT_NE(stored & kTwoSidedBit, 0);
     EXPECT_GT(normal_table()[stored & kNormalIndexMask][2], 0.999);
@@ -57,8 +51,7 @@ TEST(DetailLevels, AThinWallBecomesTwoSidedWithTheNormalOfItsPlane) {
 
 TEST(DetailLevels, ATwoSidedChildMakesItsAncestorsTwoSided) {
     const std::uint16_t up = quantise_normal(0, 0, 1);
-    Model model = two_points(up, up | kTwoSidedBit);
-    average_levels(model, 1);
+    const Model model = two_points(up, up | kTwoSidedBit);
     EXPECT_EQ(model.levels[1].points.normals[0], up | kTwoSidedBit);
     EXPECT_EQ(model.levels[0].points.normals[0], up | kTwoSidedBit);
 }

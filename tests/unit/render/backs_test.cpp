@@ -64,11 +64,7 @@ template <class IsKept> Model part_of(const Model &whole, const IsKept &is_kept)
         }
     Model part = whole;
     part.parameters.closed = false;
-    LevelMasks masks = encode_octree(kept, static_cast<int>(depth));
-    for (std::size_t level = 0; level < masks.size(); ++level)
-        part.levels[level].masks = std::move(masks[level]);
-    part.levels.back().points = std::move(points);
-    average_levels(part, 1);
+    set_levels(part, std::move(kept), std::move(points), 1);
     return part;
 }
 

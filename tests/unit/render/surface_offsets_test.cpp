@@ -313,17 +313,13 @@ TEST(SurfaceOffsets, LieAtTheOutermostOfSeveralLayers) {
     codes.insert(codes.end(), within.begin(), within.end());
     std::sort(codes.begin(), codes.end());
     codes.erase(std::unique(codes.begin(), codes.end()), codes.end());
-    const LevelMasks masks = encode_octree(codes, kDepth);
-    for (std::size_t level = 0; level < masks.size(); ++level)
-        both.levels[level].masks = masks[level];
-    PointAttributes &points = both.levels.back().points;
-    points.normals.clear();
+    PointAttributes points;
     for (const MortonCode code : codes) {
         const auto [x, y, z] = morton_decode(code);
         points.normals.push_back(quantise_normal(x + 0.5 - kEdge / 2, y + 0.5 - kEdge / 2, z + 0.5 - kEdge / 2));
     }
-    points.radii.assign(codes.size(), points.radii[0]);
-    average_levels(both, 1);
+    points.radii.assign(codes.size(), both.levels.back().points.radii[0]);
+    set_levels(both, std::move(codes), std::move(points), 1);
 
     const test::DrawnModel model(std::move(both), kDefaultChunkPoints);
     const test::WholeLevel whole(model.file, kDepth);

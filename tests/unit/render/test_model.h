@@ -35,12 +35,7 @@ inline Model make_test_model(int depth, std::vector<TestVoxel> voxels) {
         points.normals.push_back(static_cast<std::uint16_t>(normal | (voxel.two_sided ? kTwoSidedBit : 0)));
         points.radii.push_back(radius_index(0.87 / static_cast<double>(1 << depth)));
     }
-    LevelMasks masks = encode_octree(codes, depth);
-    model.levels.resize(masks.size());
-    for (std::size_t level = 0; level < masks.size(); ++level)
-        model.levels[level].masks = std::move(masks[level]);
-    model.levels.back().points = std::move(points);
-    average_levels(model, 1);
+    set_levels(model, std::move(codes), std::move(points), 1);
     return model;
 }
 

@@ -3,28 +3,12 @@
 
 #include "pbm_format/model/model.h"
 #include "pbm_format/model/octree.h"
+#include "unit/support/random.h"
 
 #include <cmath>
 #include <cstdint>
 
 namespace pbm::test {
-
-// Splitmix64: the same numbers on every platform.
-class Random {
-  public:
-    explicit Random(std::uint64_t seed) : state_(seed) {}
-    std::uint64_t next() {
-        std::uint64_t z = state_ += 0x9E3779B97F4A7C15;
-        z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9;
-        z = (z ^ z >> 27) * 0x94D049BB133111EB;
-        return z ^ z >> 31;
-    }
-    std::uint64_t below(std::uint64_t limit) { return next() % limit; }
-    double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }
-
-  private:
-    std::uint64_t state_;
-};
 
 // A sphere around the centre; `radius` in edges of the cube. The attributes of `set` have varying values. All levels
 // are averaged, so the model can be written.
@@ -55,12 +39,8 @@ inline Model sphere_model(int depth, AttributeSet set, double radius = 0.45, std
     parameters.lights.resize(static_cast<std::size_t>(set.lights));
     if (set.texture)
         parameters.texture.emplace_back();
-    const LevelMasks masks = encode_octree(codes, depth);
-    model.levels.resize(masks.size());
-    for (std::size_t level = 0; level < masks.size(); ++level)
-        model.levels[level].masks = masks[level];
     Random random(seed);
-    PointAttributes &points = model.levels.back().points;
+    PointAttributes points;
     points.resize(codes.size(), set);
     for (std::size_t i = 0; i < codes.size(); ++i) {
         const auto [x, y, z] = morton_decode(codes[i]);
@@ -79,7 +59,7 @@ inline Model sphere_model(int depth, AttributeSet set, double radius = 0.45, std
             points.shadows[light][i] = static_cast<std::uint8_t>(
                 random.below(std::uint64_t{1} << set.shadow_bits[light][static_cast<std::size_t>(depth)]));
     }
-    average_levels(model, 1);
+    set_levels(model, std::move(codes), std::move(points), 1);
     return model;
 }
 

@@ -205,5 +205,16 @@ TEST_F(SavePicture, SaysWhichFileCannotBeWritten) {
     EXPECT_NE(refused.error().message.find("lion-1.png: No such file"), std::string::npos) << refused.error().message;
 }
 
+TEST(ColourBy, IsReadAsItIsWritten) {
+    for (const char *text : {"intensity", "intensity,0,255", "intensity,-1.5,2,grey", "a,b", "class,classes"}) {
+        const Result<ColourBy> by = parse_colour_by(text);
+        ASSERT_TRUE(by) << text;
+        EXPECT_EQ(colour_by_text(*by), text);
+    }
+    EXPECT_EQ(parse_colour_by("a,b")->field, "a,b");
+    for (const char *text : {"", ",0,1", "intensity,5", "intensity,2,1", "class,0,1,classes", ",grey"})
+        EXPECT_FALSE(parse_colour_by(text)) << text;
+}
+
 } // namespace
 } // namespace pbm

@@ -206,16 +206,9 @@ Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &ru
         return added.error();
     if (Status allowed = refuse_denied(statistics, run.options.denied); !allowed)
         return allowed.error();
-    run.clock.run("octree", [&] {
-        LevelMasks masks = encode_octree(voxels.codes, grid.depth);
-        free_memory(voxels.codes);
-        model.levels.resize(masks.size());
-        for (std::size_t level = 0; level < masks.size(); ++level)
-            model.levels[level].masks = std::move(masks[level]);
-        model.levels.back().points = std::move(voxels.points);
-        model.levels.back().fields = std::move(voxels.fields);
+    run.clock.run("detail levels", [&] {
+        set_levels(model, std::move(voxels.codes), std::move(voxels.points), threads, std::move(voxels.fields));
     });
-    run.clock.run("detail levels", [&] { average_levels(model, threads); });
 
     statistics.points = model.point_count();
     statistics.depth = grid.depth;

@@ -3,7 +3,7 @@
 //   read_surface -> place -> set_materials -> repair_mesh -> choose_creases -> merge_surfaces -> drop_far_parts ->
 //   find_up_axis
 //   -> estimate_normals -> choose_grid -> upsample -> sample_points -> voxelize -> choose_radii -> place_scene ->
-//   evaluate_solid_texture -> bake_shadows -> encode_octree -> average_levels -> write_model
+//   evaluate_solid_texture -> bake_shadows -> set_levels -> write_model
 #pragma once
 
 #include "pbm_build/parts/part.h"

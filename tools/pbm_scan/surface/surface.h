@@ -112,15 +112,22 @@ struct ByteAttribute {
 inline constexpr std::array kByteAttributes{
     ByteAttribute{"two_sided", "points that show both of their sides", &Surface::two_sided}};
 
-// Calls `visit` for each array of vertex attributes, with that array of each of `surfaces`.
+// Calls `visit` for each array of vertex attributes of one byte, which are never mixed, with that array of each of
+// `surfaces`.
+inline constexpr std::size_t kByteArrays = 1 + kByteAttributes.size();
+template <class Visit, class... Surfaces> void for_byte_attributes(Visit &&visit, Surfaces &...surfaces) {
+    visit(surfaces.material_ids...);
+    for (const ByteAttribute &attribute : kByteAttributes)
+        visit(surfaces.*attribute.values...);
+}
+
+// The same for each array of vertex attributes.
 template <class Visit, class... Surfaces> void for_vertex_attributes(Visit &&visit, Surfaces &...surfaces) {
     visit(surfaces.normals...);
     visit(surfaces.colours...);
     visit(surfaces.radii...);
-    visit(surfaces.material_ids...);
     visit(surfaces.station_ids...);
-    for (const ByteAttribute &attribute : kByteAttributes)
-        visit(surfaces.*attribute.values...);
+    for_byte_attributes(visit, surfaces...);
     for (std::size_t slot = 0; slot < kFieldSlots; ++slot)
         visit(surfaces.field_values[slot]...);
 }

@@ -151,7 +151,7 @@ bool build_quality(LookOptions &options) {
         changed = true;
     }
     if (fine)
-        changed |= ImGui::SliderInt("Samples", &options.samples, 1, 64, "%d", ImGuiSliderFlags_AlwaysClamp);
+        changed |= ImGui::SliderInt("Samples", &options.samples, 1, kMaxSamples, "%d", ImGuiSliderFlags_AlwaysClamp);
     int cue = static_cast<int>(options.depth_cue);
     if (ImGui::Combo("Depth cue", &cue, "none\0eye-dome\0ambient occlusion\0")) {
         options.depth_cue = static_cast<DepthCue>(cue);

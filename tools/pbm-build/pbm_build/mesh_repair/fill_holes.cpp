@@ -286,8 +286,7 @@ class HoleFiller {
             if (vertex.is_copy)
                 for_vertex_attributes(copy, surface_);
             surface_.positions[to] = vertex.position;
-            copy(surface_.material_ids);
-            copy(surface_.two_sided);
+            for_byte_attributes(copy, surface_);
             if (!surface_.colours.empty())
                 surface_.colours[to] = vertex.colour;
             if (!surface_.station_ids.empty() && !vertex.is_copy)

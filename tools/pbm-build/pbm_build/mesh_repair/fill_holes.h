@@ -15,7 +15,7 @@ struct FilledHoles {
 // has an edge of the mesh or a face without area. Faces are wound as most of their sheet is (Sheets::turned). New
 // vertices are continued from the rim, in linear light, or have
 //   normals       zero: they will be those of the faces
-//   materials, two-sidedness  those of the nearest vertex of the rim
+//   attributes of one byte    those of the nearest vertex of the rim
 //   radii, fields, stations   none: these were measured
 // In a surface with images, patches have no image, and vertices of their own at the rim, with the colours of the images
 // there. What is done does not depend on the order of the surface's arrays.

@@ -37,17 +37,17 @@ struct CloudPoint {
     glm::dvec3 normal{0}; // unit vector, or zero
     glm::dvec3 colour{0}; // linear light
     double radius = 0;    // 0: none
-    std::uint8_t material = 0, two_sided = 0;
+    bool two_sided = false;
+    std::array<std::uint8_t, kByteArrays> bytes{}; // of for_byte_attributes: the largest of repeated points
 };
 
 struct MadePoint {
-    MortonCode code;     // its voxel
-    double from_centre;  // squared distance from the voxel's centre
-    LatticePoint at;     //
-    ShortNormal normal;  //
-    LinearColour colour; //
-    float radius;        //
-    std::uint8_t material, two_sided;
+    MortonCode code;                     // its voxel
+    double from_centre;                  // squared distance from the voxel's centre
+    LatticePoint at;                     //
+    ShortNormal normal;                  //
+    LinearColour colour;                 //
+    float radius;                        //
     std::array<std::uint32_t, 3> places; // the nearest point and two neighbours
     std::array<double, 3> weights;       // of these, sum 1
 };
@@ -77,10 +77,15 @@ Cloud cloud_of(const Surface &surface, const VertexNormals &normals, const Grid 
                 place.colour[channel] += linear_table()[surface.colours[vertex][static_cast<std::size_t>(channel)]];
         if (!surface.radii.empty())
             place.radius = std::max(place.radius, static_cast<double>(surface.radii[vertex]));
-        if (!surface.material_ids.empty())
-            place.material = std::max(place.material, surface.material_ids[vertex]);
-        if (!surface.two_sided.empty())
-            place.two_sided |= surface.two_sided[vertex];
+        place.two_sided |= !surface.two_sided.empty() && surface.two_sided[vertex] != 0;
+        auto byte = place.bytes.begin();
+        for_byte_attributes(
+            [&](const auto &values) {
+                if (!values.empty())
+                    *byte = std::max(*byte, values[vertex]);
+                ++byte;
+            },
+            surface);
     }
     for (std::size_t i = 0; i < places.size(); ++i) {
         places[i].colour /= counts[i];
@@ -165,7 +170,7 @@ class GapFiller {
 
     static double cosine(const CloudPoint &p, const CloudPoint &q) {
         const double cosine = glm::dot(p.normal, q.normal);
-        return (p.two_sided | q.two_sided) != 0 ? std::fabs(cosine) : cosine;
+        return p.two_sided || q.two_sided ? std::fabs(cosine) : cosine;
     }
 
     void visit_triangle(std::uint32_t point, std::uint32_t a, std::uint32_t b) {
@@ -245,8 +250,6 @@ class GapFiller {
                         {static_cast<std::uint16_t>(colour.x), static_cast<std::uint16_t>(colour.y),
                          static_cast<std::uint16_t>(colour.z)},
                         all_radii ? static_cast<float>(mean(place.radius, a.radius, b.radius)) : 0.0F,
-                        place.material,
-                        place.two_sided,
                         {point, candidate.a, candidate.b},
                         {1 - candidate.u - candidate.v, candidate.u, candidate.v}});
     }
@@ -311,10 +314,14 @@ void append(const std::vector<MadePoint> &made, const Grid &grid, const Cloud &c
                 surface.colours[i][channel] = linear_to_srgb(point.colour[channel]);
         if (!surface.radii.empty())
             surface.radii[i] = point.radius;
-        if (!surface.material_ids.empty())
-            surface.material_ids[i] = point.material;
-        if (!surface.two_sided.empty())
-            surface.two_sided[i] = point.two_sided;
+        auto byte = cloud.places[point.places[0]].bytes.begin();
+        for_byte_attributes(
+            [&](auto &values) {
+                if (!values.empty())
+                    values[i] = *byte;
+                ++byte;
+            },
+            surface);
         for (std::size_t f = 0; f < fields.size(); ++f)
             surface.field_values[f][i] = field_value(point, cloud.fields[f], fields[f].average);
         ++i;

@@ -31,8 +31,9 @@ struct UpsampleRequest {
 // without one are ignored.
 //
 // A made point lies on the surface through its neighbours (moving_least_squares.h). Its colour, and its radius and
-// fields of means if all three have one, are interpolated between the three points. Its material, sides and other
-// fields are those of the nearest one. The result does not depend on the number of threads or the order of the points.
+// fields of means if all three have one, are interpolated between the three points. Its attributes of one byte and
+// other fields are those of the nearest one. The result does not depend on the number of threads or the order of the
+// points.
 //
 // errors  memory  more points than max_bytes hold
 Result<std::vector<MortonCode>> upsample(Surface &surface, VertexNormals &normals, const Grid &grid,

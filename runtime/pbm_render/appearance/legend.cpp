@@ -1,4 +1,4 @@
-#include "viewer/pictures/legend.h"
+#include "pbm_render/appearance/legend.h"
 
 #include <algorithm>
 #include <cmath>

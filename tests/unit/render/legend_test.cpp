@@ -1,6 +1,5 @@
-// The legend of a field, and the option --colour-by.
-#include "viewer/options/option_values.h"
-#include "viewer/pictures/legend.h"
+// The legend of a field.
+#include "pbm_render/appearance/legend.h"
 
 #include <gtest/gtest.h>
 
@@ -54,17 +53,6 @@ TEST(Legend, IsDrawnInTheCornerAndLeftOutOfSmallPictures) {
     EXPECT_GT(changed(640, 480), 5000U);
     EXPECT_GT(changed(3840, 2160), 80000U);
     EXPECT_EQ(changed(120, 120), 0U);
-}
-
-TEST(ColourBy, IsReadAsItIsWritten) {
-    for (const char *text : {"intensity", "intensity,0,255", "intensity,-1.5,2,grey", "a,b", "class,classes"}) {
-        const Result<ColourBy> by = parse_colour_by(text);
-        ASSERT_TRUE(by) << text;
-        EXPECT_EQ(colour_by_text(*by), text);
-    }
-    EXPECT_EQ(parse_colour_by("a,b")->field, "a,b");
-    for (const char *text : {"", ",0,1", "intensity,5", "intensity,2,1", "class,0,1,classes", ",grey"})
-        EXPECT_FALSE(parse_colour_by(text)) << text;
 }
 
 } // namespace
