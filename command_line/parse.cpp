@@ -456,7 +456,12 @@ Error unknown_name(const CommandLine &line, const std::string &name) {
             "there is no option '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?")};
 }
 
-int print_help(const ProgramHelp &help, const std::string &topic) {
+int print_help(const CommandLine &line, ProgramHelp help, const std::string &topic) {
+    for (OptionHelp &entry : help.options)
+        for (const std::string &name : entry.names)
+            if (const Option *const option = name.starts_with("--") ? find_option(line, name.substr(2)) : nullptr;
+                option != nullptr && option->rules.proposals)
+                entry.proposals = option->rules.proposals();
     if (const auto script = completion_script(help, topic)) {
         std::cout << *script;
         return 0;
@@ -530,7 +535,7 @@ std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<con
     if (!given)
         return fail(program, "", given.error());
     if (const auto topic = wanted_topic(*given))
-        return print_help(help(), *topic);
+        return print_help(line, help(), *topic);
 
     std::optional<Refusal> refusal;
     std::string problem;
@@ -542,7 +547,7 @@ std::optional<int> parse(CommandLine &line, int argc, char **argv, std::span<con
         refusal = thrown;
     }
     if (asked)
-        return print_help(help(), "");
+        return print_help(line, help(), "");
     const std::string log = first_result(app.get_option("--log"));
     set_json_path(first_result(app.get_option_no_throw("--json")));
     const std::string unusable = unusable_name(app, log);

@@ -62,6 +62,7 @@ struct OptionRules {
     std::vector<std::string> excludes{}; // names of options added before
     std::string needs{};                 // name of an option added before
     std::string topic{};                 // help page; default: that of the command line
+    std::function<Words()> proposals{};  // values that shells complete, if `type` does not name them
 };
 
 struct Option {

@@ -24,7 +24,7 @@ all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     git meson pre-commit bazel-bootstrap
     valgrind zstd make mandoc groff-base draco
     xvfb xdotool imagemagick libgl1-mesa-dri
-    abigail-tools python3-numpy python3-build python3-venv python3-setuptools python3-wheel patchelf
+    abigail-tools python3-numpy mypy python3-build python3-venv python3-setuptools python3-wheel patchelf
     desktop-file-utils appstream shared-mime-info xdg-utils libglib2.0-bin zsh fish
     clang clang-14 libclang-rt-14-dev clang-tidy clang-format)
 peers=("${all[@]}" f3d libcgal-dev)

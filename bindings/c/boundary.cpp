@@ -1,5 +1,7 @@
 #include "boundary.h"
 
+#include "system/threads/cancellation.h"
+
 #include <algorithm>
 #include <atomic>
 #include <exception>
@@ -49,7 +51,7 @@ pbm_code fail_with_exception(pbm_error *error) noexcept {
     try {
         throw;
     } catch (const Cancelled &) {
-        return fill(error, PBM_CANCELLED, PBM_NO_OFFSET, "", "", "cancelled by a callback");
+        return fill(error, PBM_CANCELLED, PBM_NO_OFFSET, "", "", "cancelled by a callback or another thread");
     } catch (const Pending &pending) {
         return fill(error, PBM_PENDING, pending.range.offset, "", "",
                     "bytes of the file have not arrived yet: call again");

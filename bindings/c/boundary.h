@@ -25,9 +25,6 @@ inline Error of_file(const char *path, Error error) {
     return error;
 }
 
-// Thrown where a callback cancels; nothing below catches it.
-struct Cancelled {};
-
 // Thrown where a call cannot go on before bytes arrive; nothing below catches it.
 struct Pending {
     FileRange range; // one of those that are missing
@@ -121,6 +118,16 @@ template <class Handle, class Object> class Handles {
         if ((*entry)->object == nullptr)
             return closed(name);
         return work(*(*entry)->object);
+    }
+
+    // Calls `work(object)` without waiting for threads that use the object.
+    template <class Work> Status notify(Handle *handle, const char *name, const Work &work) {
+        const std::lock_guard lock(mutex_); // remove() waits for it before it destroys the object
+        const auto found = entries_.find(reinterpret_cast<std::uintptr_t>(handle));
+        if (found == entries_.end())
+            return closed(name);
+        work(*found->second->object);
+        return {};
     }
 
     // Null does nothing.

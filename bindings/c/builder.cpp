@@ -7,9 +7,11 @@
 #include "pbm_build/pipeline.h"
 #include "pbm_format/writing/writer.h"
 #include "system/files/mapped_file.h"
+#include "system/threads/cancellation.h"
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -43,8 +45,9 @@ struct Builder {
     std::vector<ArrayScan> scans;
     pbm_report_progress report = nullptr;
     void *context = nullptr;
-    const void *handle = nullptr; // the caller's
-    std::string json;             // of the last build
+    const void *handle = nullptr;        // the caller's
+    std::string json;                    // of the last build
+    std::atomic<bool> cancelled = false; // the build that runs, or the next one
 };
 
 Handles<pbm_builder, Builder> &builders() {
@@ -61,7 +64,8 @@ class ProgressRelay {
     void show(std::string_view step, double done) {
         const std::lock_guard lock(mutex_);
         const bool is_end = done >= 1;
-        if (!cancelled_) {
+        cancelled_ = cancelled_ || builder_.cancelled;
+        if (!cancelled_ && builder_.report != nullptr) {
             std::array<char, kLongestName + 1> name{}; // a destructor may not run out of memory
             std::copy_n(step.data(), std::min(step.size(), kLongestName), name.data());
             const CallbackScope scope(builder_.handle);
@@ -306,9 +310,8 @@ Status run_build(Builder &builder, const char *output, pbm_model **model) {
     const std::vector<std::string> files = std::exchange(builder.files, {});
     std::vector<ArrayScan> scans = std::exchange(builder.scans, {});
     ProgressRelay relay(builder);
-    const build::Progress progress = builder.report == nullptr
-                                         ? build::Progress()
-                                         : [&](std::string_view step, double done) { relay.show(step, done); };
+    const build::Progress progress = [&](std::string_view step, double done) { relay.show(step, done); };
+    const CancellationScope scope(&builder.cancelled);
     BuildStatistics statistics;
     Result<Image> panorama = Image{};
     if (options->scene.panorama) // before the scan, so that a bad image is refused early
@@ -397,7 +400,19 @@ pbm_code pbm_add_arrays(pbm_builder *builder, const pbm_arrays *arrays, pbm_erro
 }
 
 pbm_code pbm_build(pbm_builder *builder, const char *output, pbm_model **model, pbm_error *error) {
-    return with_builder(builder, error, [&](Builder &open) { return run_build(open, output, model); });
+    return with_builder(builder, error, [&](Builder &open) {
+        struct Reset {
+            std::atomic<bool> &flag;
+            ~Reset() { flag = false; }
+        } const reset{open.cancelled};
+        return run_build(open, output, model);
+    });
+}
+
+pbm_code pbm_cancel_build(pbm_builder *builder) {
+    return guarded(nullptr, [&] {
+        return builders().notify(builder, "builder", [](Builder &running) { running.cancelled = true; });
+    });
 }
 
 pbm_code pbm_get_report(pbm_builder *builder, const char **json, pbm_error *error) {

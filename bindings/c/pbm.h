@@ -47,13 +47,13 @@
 //   }
 //
 // Contents
-//   opening     pbm_open_file, pbm_open_memory, pbm_open_ranges; pbm_close
+//   opening     pbm_open_file, pbm_open_private, pbm_open_memory, pbm_open_ranges; pbm_close
 //   asking      pbm_get_info, pbm_get_field
 //   points      pbm_count_points, pbm_read_points
 //   pictures    pbm_default_camera, pbm_render
 //   validating  pbm_validate_file, pbm_validate_memory
 //   building    pbm_new_builder, pbm_set_option, pbm_set_progress, pbm_add_file, pbm_add_arrays, pbm_build,
-//               pbm_get_report, pbm_free_builder
+//               pbm_cancel_build, pbm_get_report, pbm_free_builder
 //
 // Every function but pbm_version returns a pbm_code: PBM_OK, or why it failed. A failed call changes nothing that the
 // caller gave, but for the contents of arrays and pixels. Its last parameter takes the details, and may be null.
@@ -73,9 +73,10 @@
 //
 // The library prints nothing, never ends the process, and lets no C++ exception out; memory that runs out is PBM_LIMIT,
 // unless not even the few hundred bytes of a builder's JSON can be allocated, which ends the process (std::terminate).
-// A file that is open must not be cut short by others: the system then ends the process (SIGBUS), as it does with every
-// mapped file. Names of files and texts are UTF-8, and end with a zero byte. Coordinates are right-handed; angles are
-// radians; colours are sRGB.
+// A file that pbm_open_file has opened, or that pbm_validate_file or pbm_build is reading, must not be cut short by
+// others, as by a program that copies another file over it: the system then ends the process (SIGBUS), as it does with
+// every mapped file. pbm_open_private, pbm_open_memory and pbm_open_ranges map no file. Names of files and texts are
+// UTF-8, and end with a zero byte. Coordinates are right-handed; angles are radians; colours are sRGB.
 //
 // Stability: stable. Functions are never removed or changed as long as the library is libpbm.so.1, which keeps programs
 // compiling and linked programs running. Each function carries the version in which it came (PBM_1.0).
@@ -113,7 +114,7 @@ typedef enum pbm_code {
     PBM_INVALID = 3,     // invalid or damaged input
     PBM_LIMIT = 4,       // memory, or another limit of the running program
     PBM_UNSUPPORTED = 5, // unsupported version or feature
-    PBM_CANCELLED = 6,   // a callback asked for it
+    PBM_CANCELLED = 6,   // a callback or another thread asked for it
     PBM_PENDING = 7      // bytes have not arrived yet: a callback returned PBM_LATER
 } pbm_code;
 
@@ -134,6 +135,13 @@ typedef struct pbm_model pbm_model;
 //
 // errors  PBM_IO, PBM_INVALID, PBM_UNSUPPORTED
 PBM_API pbm_code pbm_open_file(const char *path, pbm_model **model, pbm_error *error);
+
+// The same, but reads all of the file into memory now and maps nothing: for a process that must go on if the file is
+// cut short, written over or removed later. Costs memory of the file's size for as long as the model is open, and the
+// time to read it, about 1 s for 2 GB that the system has in its cache; the model of a mapped file has opened once 64
+// KB were read. A file that changes while it is read is PBM_INVALID. Where files are too large for that,
+// pbm_open_ranges with a function that calls pread reads what each call needs.
+PBM_API pbm_code pbm_open_private(const char *path, pbm_model **model, pbm_error *error);
 
 // `bytes` must stay readable and unchanged until the model is closed. They are used where they lie if their address is
 // a multiple of 8, as it is of what malloc returns; else they are copied.
@@ -395,7 +403,8 @@ PBM_API pbm_code pbm_free_builder(pbm_builder *builder);
 PBM_API pbm_code pbm_set_option(pbm_builder *builder, const char *key, const char *value, pbm_error *error);
 
 // Called as a build goes on: `step` is its name, `done` is 0 .. 1 of this step. Calls come from any thread, one at a
-// time. Returns 0, or anything else to cancel: pbm_build then returns PBM_CANCELLED as soon as the step lets it.
+// time. Returns 0, or anything else to cancel: pbm_build then returns PBM_CANCELLED as soon as the step lets it. The
+// last call that can cancel comes directly before the output is replaced, with the step "write".
 typedef int (*pbm_report_progress)(void *context, const char *step, double done);
 
 // `report` may be null: no calls.
@@ -432,6 +441,11 @@ PBM_API pbm_code pbm_add_arrays(pbm_builder *builder, const pbm_arrays *arrays, 
 //
 // errors  as pbm-build, and PBM_CANCELLED; an old output stays as it was
 PBM_API pbm_code pbm_build(pbm_builder *builder, const char *output, pbm_model **model, pbm_error *error);
+
+// Cancels the build that runs with this builder, or else the next one: pbm_build returns PBM_CANCELLED, mostly within a
+// tenth of a second. May be called from any thread, and does not wait. The output is replaced all the same if that has
+// begun.
+PBM_API pbm_code pbm_cancel_build(pbm_builder *builder);
 
 // What became of each attribute in the last build that succeeded, and its figures: the JSON of pbm-build --json. The
 // text lives until the next build, or until the builder is freed.

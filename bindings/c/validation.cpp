@@ -4,6 +4,7 @@
 #include "model.h"
 
 #include "pbm_format/checking/validate.h"
+#include "system/threads/cancellation.h"
 
 #include <algorithm>
 #include <string>

@@ -40,6 +40,7 @@ Values values_of(const OptionHelp &option, const ProgramHelp &help) {
         return values;
     }
     std::string value = option.value;
+    values.words = option.proposals;
     values.expected = !value.empty();
     values.optional = value.starts_with("[=");
     if (values.optional)

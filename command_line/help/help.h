@@ -17,6 +17,7 @@ struct OptionHelp {
     std::string text;
     std::string topic;                      // "Grid"; empty for a positional argument
     bool required = false, several = false; // positional arguments only
+    std::vector<std::string> proposals{};   // values that shells complete beside those that `value` names
 
     bool is_positional() const { return topic.empty(); }
 };

@@ -50,6 +50,6 @@ def page():
             found = {node.name: node for node in tree_of(entry.module).body if hasattr(node, "name")}
             for name in entry.names:
                 out += declaration(found[name.name], 2)
-        elif isinstance(entry, ast.FunctionDef):
+        elif isinstance(entry, ast.FunctionDef) and not entry.name.startswith("_"):
             out += declaration(entry, 2)
     return "\n".join(out)

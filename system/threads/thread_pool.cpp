@@ -1,5 +1,7 @@
 #include "system/threads/thread_pool.h"
 
+#include "system/threads/cancellation.h"
+
 #include <atomic>
 #include <cassert>
 #include <exception>
@@ -12,6 +14,7 @@ struct ThreadPool::Loop {
 
     const std::function<void(std::size_t, std::size_t)> &work;
     const std::size_t count;
+    const std::atomic<bool> *const cancelled = CancellationScope::current();
     std::atomic<std::size_t> next{0};
     std::size_t helpers = 0;         // workers in the loop; guarded by the pool's mutex_
     std::exception_ptr failure = {}; // likewise
@@ -56,8 +59,12 @@ void ThreadPool::run(std::size_t count, const std::function<void(std::size_t, st
 
 void ThreadPool::take_items(Loop &loop, std::size_t thread) {
     try {
-        for (std::size_t i = loop.next++; i < loop.count; i = loop.next++)
+        const CancellationScope scope(loop.cancelled);
+        for (std::size_t i = loop.next++; i < loop.count; i = loop.next++) {
+            if (loop.cancelled != nullptr && *loop.cancelled)
+                throw Cancelled();
             loop.work(i, thread);
+        }
     } catch (...) {
         const std::lock_guard lock(mutex_);
         if (!loop.failure)

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """Every JSON document that a program writes conforms to its schema, also where the program fails:
 json_documents.py PROGRAMS ROOT WORK"""
+import errno
 import json
 import os
 import pathlib
+import resource
 import shutil
 import subprocess
 import sys
@@ -18,6 +20,7 @@ programs, root, work = map(pathlib.Path, sys.argv[1:])
 SCHEMAS = {
     "failure": "command_line/failure.schema.json",
     "pbm-build": "tools/pbm-build/report.schema.json",
+    "batch": "tools/pbm-build/batch.schema.json",
     "pbm-export": "tools/pbm-export/report.schema.json",
     "pbm-info": "tools/pbm-info/report.schema.json",
     "pbm-render": "runtime/viewer/pbm-render/report.schema.json",
@@ -136,6 +139,27 @@ fails(1, {"kind": "usage"}, "pbm-build", "scan.ply", "-o", "scan.ply")
 fails(2, {"kind": "io", "file": "/dev/full"}, "pbm-build", "scan.ply", "-o", "/dev/full")
 (work / "recipe.toml").write_text('input = "scan.ply"\nlog = "../log"\n')
 fails(1, {"kind": "usage", "file": "recipe.toml"}, "pbm-build", "--recipe", "recipe.toml")
+
+# A batch writes a line for each scan.
+os.mkfifo(work / "endless.ply")
+(work / "list").write_text("scan.ply\ncut.ply\nnone.ply\n")
+(work / "waiting").write_text("scan.ply\ncut.ply\nnone.ply\nendless.ply\n")
+batch = ("--output-dir", "models", "--keep-going", "--depth", 6, "-j", 1, "-q", "--timeout", 5, "--batch")
+done, in_file = run("pbm-build", *batch, "waiting", "--json"), run("pbm-build", *batch, "list", "--json=lines")
+for text, codes in ((done.stdout, [0, 3, 2, 4]), ((work / "lines").read_bytes(), [0, 3, 2])):
+    lines = [json.loads(line) for line in text.splitlines()]
+    expect([line["exit_code"] for line in lines] == codes, f"a batch: {lines}")
+    for line in lines:
+        conforms("batch", line, "a batch")
+        expect("pbm-build" not in line["message"] and line["input"] not in line["message"], f"{line}: names in the message")
+        expect((line["message"] == "") == (line["exit_code"] == 0), line)
+        if line["report"] is not None:
+            conforms("failure" if line["exit_code"] else "pbm-build", line["report"], "a scan of a batch")
+expect(b"--timeout" in done.stdout.splitlines()[-1] and b"--timeout" in done.stderr, f"a batch: {done}")
+expect(done.returncode == in_file.returncode == 3, f"a batch: {done} {in_file}")
+full = subprocess.run([programs.resolve() / "pbm-build", *map(str, batch), "list", "--json=lines"], cwd=work, text=True,
+                      capture_output=True, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0)))
+expect(full.returncode == 2 and full.stderr.endswith(f"pbm-build: lines: cannot write: {os.strerror(errno.EFBIG)}\n"), full)
 
 # What is no document stays: inputs, and files that a wrong command line names.
 for name, arguments in {"scan.ply": ("scan.ply", "-o", "x.pbvg"), "cut.ply": ("scan.ply", "-o", "x.pbvg", "--no-such-option")}.items():

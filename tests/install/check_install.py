@@ -38,7 +38,7 @@ check(list(prefix.glob("share/doc/*/format_spec/mask_ranks.txt")), "mask_ranks.t
 for name in ("man/man1/pbm-build.1", "bash-completion/completions/pbm-build", "zsh/site-functions/_pbm-build",
              "fish/vendor_completions.d/pbm-build.fish"):
     check((prefix / "share" / name).stat().st_size > 1000, f"{name} is not installed")
-for name in ("failure", "pbm-build", "pbm-export", "pbm-info", "pbm-render", "pbm-validate", "pbm-validate-codes"):
+for name in ("failure", "pbm-build", "pbm-build-batch", "pbm-export", "pbm-info", "pbm-render", "pbm-validate", "pbm-validate-codes"):
     check((prefix / f"share/pbm/{name}.schema.json").is_file(), f"the schema of {name} is not installed")
 for file in prefix.rglob("*.cmake"):
     check(arguments.build not in file.read_text(), f"{file.name} names the build folder")

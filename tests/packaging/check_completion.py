@@ -29,6 +29,11 @@ CASES = [
     ("pbm-build --panorama d", {"default"}, {"picture.png"}),
     ("pbm-build a\\ b", {"a b.ply"}, {"scan.ply"}),
     ("pbm-validate --de", {"--deep"}, {"--json"}),
+    ("pbm-validate --ignore metadata.r", {"metadata.run"}, {"picture.png"}),
+    ("pbm-validate --explain 5.6.4", {"5.6.4"}, {"5.6.3"}),
+    ("pbm-validate --explain=hash.c", {"hash.chunk"}, {"hash"}),
+    ("pbm-build --deny missing", {"missing-image"}, {"dropped-attribute"}),
+    ("pbm-build --allow=cache", {"cache-not-filled"}, {"missing-image"}),
 ]
 
 

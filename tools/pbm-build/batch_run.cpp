@@ -13,10 +13,12 @@
 #include <nlohmann/json.hpp>
 
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <system_error>
 
 namespace pbm::build {
 namespace {
@@ -69,12 +71,17 @@ class BatchReport {
           display_(arguments.verbosity, arguments.progress) {
         for (const batch::Scan &scan : scans)
             all_bytes_ += scan.bytes;
-        if (arguments.json != "-" && !arguments.json.empty())
-            json_file_.open(arguments.json, std::ios::binary | std::ios::trunc);
+        if (arguments.json != "-" && !arguments.json.empty()) {
+            std::error_code ignored; // it is not there, or is no regular file
+            std::filesystem::resize_file(arguments.json, 0, ignored);
+            json_file_ = open_to_append(arguments.json);
+            json_error_ = json_file_.ok() ? 0 : errno;
+        }
         show_progress();
     }
 
-    bool is_writable() const { return arguments_.json.empty() || arguments_.json == "-" || json_file_.is_open(); }
+    // Of opening or writing the file of --json.
+    Status json_status() const { return json_error_ == 0 ? Status() : io_error("cannot write", json_error_); }
 
     void add(const batch::Ending &ending) {
         display_.clear();
@@ -120,8 +127,8 @@ class BatchReport {
         if (totals_[kNotStarted].scans != 0)
             std::cerr << program_ << ": " << counted(totals_[kNotStarted].scans, "scan")
                       << " not started after this failure; --keep-going builds them all the same\n";
-        if (json_file_.is_open() && !json_file_.flush())
-            return command_line::fail(program_, arguments_.json, {ErrorCode::io, 0, "cannot write"});
+        if (const Status written = json_status(); !written)
+            return command_line::fail(program_, arguments_.json, written.error());
         return exit_code_;
     }
 
@@ -132,16 +139,21 @@ class BatchReport {
 
     std::string count_text() const { return formatted("%zu/%zu ", ended_, scans_.size()); }
 
+    // What went wrong, without the names of program and scan.
+    std::string message_of(const batch::Ending &ending) const {
+        std::string message = ending.message;
+        for (const std::string &prefix : {std::string(program_) + ": ", ending.scan->input + ": "})
+            if (message.starts_with(prefix))
+                message.erase(0, prefix.size());
+        return message;
+    }
+
     void say_failure(const batch::Ending &ending) {
         if (ending.scan < first_failed_) { // the first one of the list
             first_failed_ = ending.scan;
             exit_code_ = ending.exit_code;
         }
-        std::string message = ending.message;
-        for (const std::string &prefix : {std::string(program_) + ": ", ending.scan->input + ": "})
-            if (message.starts_with(prefix))
-                message.erase(0, prefix.size());
-        const std::string line = ending.scan->input + ": " + message;
+        const std::string line = ending.scan->input + ": " + message_of(ending);
         std::cerr << program_ << ": " << command_line::printable(line) << std::endl;
         command_line::log_line(command_line::LogKind::error, line);
     }
@@ -180,10 +192,13 @@ class BatchReport {
                         {"output", ending.scan->output},
                         {"exit_code", ending.exit_code},
                         {"seconds", ending.seconds},
-                        {"message", ending.message},
+                        {"message", message_of(ending)},
                         {"report", document.empty() ? Json() : document}};
         const std::string text = line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-        (arguments_.json == "-" ? std::cout : json_file_) << text << std::flush;
+        if (arguments_.json == "-")
+            std::cout << text << std::flush;
+        else if (json_error_ == 0)
+            json_error_ = write_all(json_file_.number(), as_bytes(text));
     }
 
     // The time that is left, by the bytes of scans that were built: those that are as before take hardly any.
@@ -206,7 +221,8 @@ class BatchReport {
     std::span<const batch::Scan> scans_;
     std::ostream *out_;
     command_line::ProgressDisplay display_;
-    std::ofstream json_file_;
+    Descriptor json_file_;
+    int json_error_ = 0; // errno
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     std::array<Totals, kRows> totals_{};
     std::size_t ended_ = 0;
@@ -273,12 +289,13 @@ int run_batch(std::string_view program, const Arguments &arguments) {
                            .jobs = resolve_threads(arguments.build.threads),
                            .threads = resolve_threads(arguments.build.threads),
                            .max_memory = arguments.max_memory != 0 ? arguments.max_memory : usable_memory() / 2,
-                           .keep_going = arguments.keep_going};
+                           .keep_going = arguments.keep_going,
+                           .timeout = arguments.timeout};
     request.builder.push_back("--max-memory=" + std::to_string(request.max_memory)); // also of each build
     request.builder.insert(request.builder.end(), arguments.forwarded.begin(), arguments.forwarded.end());
     BatchReport report(program, arguments, *scans, command_line::report_stream(outputs_of(arguments)));
-    if (!report.is_writable())
-        return command_line::fail(program, arguments.json, io_error("cannot write", errno));
+    if (const Status writable = report.json_status(); !writable)
+        return command_line::fail(program, arguments.json, writable.error());
     batch::build_all(*scans, request, [&](const batch::Ending &ending) { report.add(ending); });
     return report.finish();
 }

@@ -95,13 +95,14 @@ int write_plan(std::string_view program, const Arguments &arguments, const std::
 
 bool is_ninja(const Arguments &arguments) { return lower_extension(arguments.plan) == ".ninja"; }
 
-// 0 unless the file cannot hold one of the names.
-int check_names(std::string_view program, const Arguments &arguments, std::vector<std::string> names) {
+// 0 unless the file cannot hold one of the names. `check`: of a name in a file of Ninja.
+int check_names(std::string_view program, const Arguments &arguments, std::vector<std::string> names,
+                Status (*check)(const std::string &)) {
     names.push_back(arguments.plan);
     for (const std::string &name : names) {
         Status writable;
         if (is_ninja(arguments))
-            writable = check_depfile_name(name);
+            writable = check(name);
         else if (name.find_first_of("\r\n") != std::string::npos) // would end a comment
             writable = usage("a name of several lines cannot stand in a script; rename the file or its folder");
         if (!writable)
@@ -110,18 +111,38 @@ int check_names(std::string_view program, const Arguments &arguments, std::vecto
     return 0;
 }
 
+constexpr const char *kAlways = "pbm-build-always"; // a target that is never there
+
+// Ninja has no escape for | in paths.
+Status check_ninja_path(const std::string &name) {
+    if (name.find_first_of("|\r\n") != std::string::npos)
+        return usage(
+            "a name with | or of several lines cannot stand in a file of Ninja; rename the file or its folder");
+    return {};
+}
+
+// A scan whose name cannot stand in a dependency file is looked at by every run, by its hash.
 std::string ninja_batch(const Arguments &arguments, std::span<const batch::Scan> scans) {
-    std::string text = ninja_head(arguments, counted(scans.size(), "scan") + " of pbm-build --batch") +
-                       "rule model\n"
-                       "  command = " +
-                       ninja_value(command_of(arguments)) +
-                       " --if-changed --warnings --threads=1 --dependency-file $out.d --output $out -- $in\n"
+    const std::string command =
+        "  command = " + ninja_value(command_of(arguments)) + " --if-changed --warnings --threads=1";
+    std::string text = ninja_head(arguments, counted(scans.size(), "scan") + " of pbm-build --batch") + "rule model\n" +
+                       command +
+                       " --dependency-file $out.d --output $out -- $in\n"
                        "  description = $in\n"
                        "  depfile = $out.d\n"
                        "  deps = gcc\n"
-                       "  restat = 1\n\n";
-    for (const batch::Scan &scan : scans)
-        text += "build " + ninja_path(scan.output) + ": model " + ninja_path(scan.input) + "\n";
+                       "  restat = 1\n"
+                       "rule model_by_hash\n" +
+                       command +
+                       " --output $out -- $in\n"
+                       "  description = $in\n"
+                       "  restat = 1\n\nbuild " +
+                       kAlways + ": phony\n";
+    for (const batch::Scan &scan : scans) {
+        const bool has_depfile = check_depfile_name(scan.input) && check_depfile_name(scan.output);
+        text += "build " + ninja_path(scan.output) + (has_depfile ? ": model " : ": model_by_hash ") +
+                ninja_path(scan.input) + (has_depfile ? "" : std::string(" | ") + kAlways) + "\n";
+    }
     return text;
 }
 
@@ -158,8 +179,6 @@ std::string command_of_parts(const Arguments &arguments) {
     return command_of(arguments) + (limit == 0 ? "" : " --max-memory=" + std::to_string(limit)) +
            " --warnings --output " + shell_word(arguments.output);
 }
-
-constexpr const char *kAlways = "pbm-build-always"; // a target that is never there
 
 std::string ninja_part(const std::string &part, const std::string &needed, const std::string &shard) {
     return "build " + part + ": part" + needed + " | " + kAlways + "\n  shard = " + shard + "\n";
@@ -239,7 +258,7 @@ int plan_batch(std::string_view program, const Arguments &arguments, std::span<c
         names.push_back(scan.input);
         names.push_back(scan.output);
     }
-    if (const int code = check_names(program, arguments, std::move(names)); code != 0)
+    if (const int code = check_names(program, arguments, std::move(names), check_ninja_path); code != 0)
         return code;
     std::error_code error;
     fs::create_directories(arguments.output_folder, error); // where Slurm writes logs
@@ -250,7 +269,7 @@ int plan_batch(std::string_view program, const Arguments &arguments, std::span<c
 int plan_parts(std::string_view program, const Arguments &arguments, std::span<const std::string> sources) {
     std::vector<std::string> names(sources.begin(), sources.end());
     names.push_back(arguments.output);
-    if (const int code = check_names(program, arguments, std::move(names)); code != 0)
+    if (const int code = check_names(program, arguments, std::move(names), check_depfile_name); code != 0)
         return code;
     return write_plan(program, arguments,
                       is_ninja(arguments) ? ninja_parts(arguments, sources) : slurm_parts(arguments));

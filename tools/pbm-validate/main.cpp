@@ -12,6 +12,8 @@
 #include <functional>
 #include <iostream>
 #include <new>
+#include <set>
+#include <sstream>
 
 namespace {
 
@@ -128,13 +130,27 @@ void print(const Verdict &verdict, const Options &options) {
     }
 }
 
+// Codes, their groups, and, where `rules` is set, rules of BVG.md.
+std::vector<std::string> proposals(bool rules) {
+    std::set<std::string> words;
+    for (const CatalogueEntry &entry : kCatalogue) {
+        words.emplace(entry.name);
+        words.emplace(entry.group());
+        std::istringstream each{std::string(entry.rules)};
+        for (std::string rule; rules && each >> rule;)
+            words.insert(rule);
+    }
+    return {words.begin(), words.end()};
+}
+
 void add_codes(CommandLine &line, const char *name, std::vector<std::string> &codes, const char *help,
                std::vector<std::string> excludes) {
     line.add(name, help, &codes,
              {.type = "CODE,..",
               .check = [](const std::string &word) { return unknown_code(word); },
               .separator = ',',
-              .excludes = std::move(excludes)});
+              .excludes = std::move(excludes),
+              .proposals = [] { return proposals(false); }});
 }
 
 void add_options(CommandLine &line, Options &options) {
@@ -155,7 +171,8 @@ void add_options(CommandLine &line, Options &options) {
     line.topic = "Codes";
     line.add("--list-codes", "All codes; --list-codes=markdown, or as JSON with --json", &options.list_codes,
              {.alone = "text"});
-    line.add("--explain", "What a code, group or rule stands for", &options.explain, {.type = "CODE"});
+    line.add("--explain", "What a code, group or rule stands for", &options.explain,
+             {.type = "CODE", .proposals = [] { return proposals(true); }});
     line.topic = "Options";
     line.add("-r,--recursive", "All .pbvg files in folders too", &options.recursive);
     line.add("-q,--quiet", "Say nothing about valid files", &options.quiet);

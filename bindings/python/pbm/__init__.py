@@ -29,6 +29,13 @@ __all__ = [
 
 
 def version() -> str:
-    """The version of the library, "1.0.0"."""
+    """The version of the library, "1.0.0"; `pbm.__version__` is the same."""
     from ._library import library
-    return library().pbm_version().decode()
+    found: bytes = library().pbm_version()
+    return found.decode()
+
+
+def __getattr__(name: str) -> str:
+    if name == "__version__":
+        return version()
+    raise AttributeError(f"module 'pbm' has no attribute {name!r}")

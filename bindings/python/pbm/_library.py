@@ -7,6 +7,10 @@ import os
 from ctypes import (CFUNCTYPE, POINTER, Structure, byref, c_char, c_char_p, c_double, c_float, c_int, c_int32, c_size_t,
                     c_uint8, c_uint32, c_uint64, c_void_p)
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
 OK, USAGE, IO, INVALID, LIMIT, UNSUPPORTED, CANCELLED = range(7)
 NO_OFFSET = 2**64 - 1
 
@@ -19,7 +23,7 @@ class ErrorDetails(Structure):
 class Sized(Structure):
     """A structure that begins with its size."""
 
-    def __init__(self, **members):
+    def __init__(self, **members: object) -> None:
         super().__init__(struct_size=ctypes.sizeof(type(self)), **members)
 
 
@@ -88,8 +92,9 @@ class Arrays(Sized):
 
 
 _error = POINTER(ErrorDetails)
-_ARGUMENTS = {
+_ARGUMENTS: dict[str, list[object]] = {
     "pbm_open_file": [c_char_p, POINTER(c_void_p), _error],
+    "pbm_open_private": [c_char_p, POINTER(c_void_p), _error],
     "pbm_open_memory": [c_void_p, c_uint64, POINTER(c_void_p), _error],
     "pbm_open_ranges": [ReadRange, c_void_p, c_uint64, POINTER(c_void_p), _error],
     "pbm_close": [c_void_p],
@@ -108,10 +113,11 @@ _ARGUMENTS = {
     "pbm_add_file": [c_void_p, c_char_p, _error],
     "pbm_add_arrays": [c_void_p, POINTER(Arrays), _error],
     "pbm_build": [c_void_p, c_char_p, POINTER(c_void_p), _error],
+    "pbm_cancel_build": [c_void_p],
     "pbm_get_report": [c_void_p, POINTER(c_char_p), _error],
 }
 
-_loaded = None
+_loaded: ctypes.CDLL | None = None
 
 
 def library() -> ctypes.CDLL:
@@ -131,9 +137,18 @@ def library() -> ctypes.CDLL:
     return _loaded
 
 
-def call(function: str, *arguments) -> None:
-    """Calls a function of the API, whose last parameter takes the error; raises it."""
+def text(words: str | bytes | os.PathLike[str]) -> bytes:
+    """A name or an option as C reads it, to its first zero byte: it must have none."""
+    encoded = os.fsencode(words)
+    if b"\0" in encoded:
+        from .errors import UsageError
+        raise UsageError(f"{words!r} holds a zero byte")
+    return encoded
+
+
+def call(function: str, *arguments: object, files: Sequence[str] = ()) -> None:
+    """Calls a function of the API, whose last parameter takes the error; raises it. `files`: as error_of."""
     details = ErrorDetails()
     if getattr(library(), function)(*arguments, byref(details)) != OK:
         from .errors import error_of
-        raise error_of(details)
+        raise error_of(details, files)

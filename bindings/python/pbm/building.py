@@ -4,36 +4,42 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 from ctypes import byref, c_char_p, c_void_p
 
 import numpy as np
 
 from . import _library
-from ._library import call
+from ._library import call, text
 from .errors import UsageError
 from .model import Model, _Raising
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+    from typing import Any
+
+    import numpy.typing as npt
+
+    from .model import Array
 
 
 class Report:
     """What became of a scan: `figures` is the JSON of pbm-build --json as a dict, with the fate of each attribute.
 
-    `model` is open if there is no output file, else None.
+    `model` is open, be it in memory or in the output file.
     """
 
     __slots__ = ("figures", "model")
 
-    def __init__(self, figures: dict, model: Model | None) -> None:
+    def __init__(self, figures: dict[str, Any], model: Model) -> None:
         self.figures, self.model = figures, model
 
     def __repr__(self) -> str:
         return f"Report(points={self.figures['points']}, depth={self.figures['depth']})"
 
 
-def _array(name: str, values: object, kind: object, shape: tuple[int, ...]) -> np.ndarray:
+def _array(name: str, values: object, kind: npt.DTypeLike, shape: tuple[int, ...]) -> Array:
     array = np.asarray(values)
     if array.dtype.kind not in "fiub":
         raise UsageError(f"{name} has the type {array.dtype}, not numbers")
@@ -49,16 +55,17 @@ def _array(name: str, values: object, kind: object, shape: tuple[int, ...]) -> n
 
 
 def _raw_arrays(vertices: object, faces: object, normals: object, colours: object, radii: object, materials: object,
-                fields: Mapping[str, object] | None, units: Mapping[str, str] | None) -> tuple[_library.Arrays, list]:
+                fields: Mapping[str, object] | None,
+                units: Mapping[str, str] | None) -> tuple[_library.Arrays, list[Array]]:
     positions = np.asarray(vertices)
     if positions.ndim != 2 or positions.shape[1] != 3:
         raise UsageError(f"vertices has the shape {positions.shape}, not (vertices, 3)")
     count = positions.shape[0]
     kind = np.float32 if positions.dtype == np.float32 else np.float64
     raw = _library.Arrays(vertex_count=count)
-    kept = []
+    kept: list[Array] = []
 
-    def give(member: str, name: str, values: object, kind: object, shape: tuple[int, ...]) -> None:
+    def give(member: str, name: str, values: object, kind: npt.DTypeLike, shape: tuple[int, ...]) -> None:
         if values is not None:
             kept.append(_array(name, values, kind, shape))
             setattr(raw, member, kept[-1].ctypes.data)
@@ -68,21 +75,23 @@ def _raw_arrays(vertices: object, faces: object, normals: object, colours: objec
     give("colours", "colours", colours, np.uint8, (count, 3))
     give("radii", "radii", radii, np.float32, (count,))
     give("materials", "materials", materials, np.uint8, (count,))
-    if faces is not None and len(faces) > 0:
-        raw.face_count = len(faces)
-        give("faces", "faces", faces, np.uint32, (len(faces), 3))
+    corners = np.asarray([] if faces is None else faces)
+    if corners.size > 0:
+        give("faces", "faces", corners, np.uint32, (*corners.shape[:1], 3))
+        raw.face_count = corners.shape[0]
     named = dict(fields or {})
-    names, unit_names, values = ((kind * max(len(named), 1))() for kind in (c_char_p, c_char_p, c_void_p))
+    room = max(len(named), 1)
+    names, unit_names, values = (c_char_p * room)(), (c_char_p * room)(), (c_void_p * room)()
     for index, (name, column) in enumerate(named.items()):
         kept.append(_array(f"fields[{name!r}]", column, np.float64, (count,)))
-        names[index] = name.encode()
-        unit_names[index] = (units or {}).get(name, "").encode()
+        names[index] = text(name)
+        unit_names[index] = text((units or {}).get(name, ""))
         values[index] = kept[-1].ctypes.data
     raw.field_count, raw.field_names, raw.field_units, raw.field_values = len(named), names, unit_names, values
     return raw, kept
 
 
-def _words(value: object) -> list[str]:
+def _words(value: Any) -> list[str]:
     """The texts of an option: one for each item of a list, unless they are numbers, which are one text."""
     if hasattr(value, "tolist"):  # numpy's
         value = value.tolist()
@@ -95,9 +104,77 @@ def _words(value: object) -> list[str]:
     return [os.fspath(value) if isinstance(value, os.PathLike) else str(value)]
 
 
+class _Build:
+    """A builder, and what a build with it gives."""
+
+    def __init__(self, progress: Callable[[str, float], object] | None) -> None:
+        self._builder = c_void_p()
+        self._raised: list[BaseException] = []  # by `progress`
+        self._progress = progress
+        self._callback = _library.ReportProgress(self._report_progress)
+
+    def _report_progress(self, _context: int, step: bytes, done: float) -> int:
+        try:
+            return 1 if self._progress and self._progress(step.decode(), done) else 0
+        except BaseException as error:  # noqa: BLE001: no exception passes through C
+            self._raised.append(error)
+            return 1
+
+    def run(self, prepare: Callable[[c_void_p], object], output: bytes | None, files: list[str]) -> Report:
+        """`prepare` gives the builder its options and scans; `files` are those that the caller named."""
+        handle, text_of_report = c_void_p(), c_char_p()
+        call("pbm_new_builder", byref(self._builder))
+        try:
+            prepare(self._builder)
+            if self._progress is not None:
+                call("pbm_set_progress", self._builder, self._callback, None)
+            with _Raising(self._raised):
+                call("pbm_build", self._builder, output, byref(handle), files=files)
+            model = Model(handle, None)
+            call("pbm_get_report", self._builder, byref(text_of_report))
+            return Report(json.loads((text_of_report.value or b"").decode("utf-8", "replace")), model)
+        finally:
+            _library.library().pbm_free_builder(self._builder)
+
+    def cancel(self) -> None:
+        _library.library().pbm_cancel_build(self._builder)
+
+
+def _interruptible(work: Callable[[], Report], cancel: Callable[[], object]) -> Report:
+    """Calls `work` by a thread of its own, since signals are handled by the main thread, and only while it runs Python."""
+    if threading.current_thread() is not threading.main_thread():
+        return work()
+    done: list[Report] = []
+    raised: list[BaseException] = []
+    ended = threading.Event()
+
+    def run() -> None:
+        try:
+            done.append(work())
+        except BaseException as error:  # noqa: BLE001: raised below
+            raised.append(error)
+        finally:
+            ended.set()
+
+    thread = threading.Thread(target=run, daemon=True)
+    try:
+        thread.start()
+        while not ended.wait(0.05):  # a signal that another thread got does not end the wait
+            pass
+    except BaseException:  # KeyboardInterrupt, or what another handler of a signal raises
+        while thread.ident is not None and not ended.is_set():
+            cancel()  # again, since the builder may not have been there
+            ended.wait(0.01)
+        raise
+    if raised:
+        raise raised.pop()
+    return done.pop()
+
+
 def build(vertices: object = None, faces: object = None, *, normals: object = None, colours: object = None,
           radii: object = None, materials: object = None, fields: Mapping[str, object] | None = None,
-          units: Mapping[str, str] | None = None, files: object = None, output: str | os.PathLike | None = None,
+          units: Mapping[str, str] | None = None, files: Any = None,
+          output: str | os.PathLike[str] | None = None,
           progress: Callable[[str, float], object] | None = None, **options: object) -> Report:
     """Builds a model of arrays, or of scans in files.
 
@@ -110,48 +187,35 @@ def build(vertices: object = None, faces: object = None, *, normals: object = No
     fields     name -> [vertices] numbers; NaN: no value
     units      name -> unit of a field
     files      a name, or several, instead of arrays: any format that pbm-build reads
-    output     file to write, replaced in one step once the new one is verified; None: the model is in memory, and
-               open as the report's `model`
+    output     file to write, replaced in one step once the new one is verified; None: the model is in memory alone.
+               Both ways it is open as the report's `model`
     progress   called with the name of a step and 0 .. 1; anything true that it returns cancels
     options    those of pbm-build, with _ for -: depth=9, strict=True, light=["studio"], voxel_size=0.5, origin=(0, 0, 5)
 
     Raises UsageError, FileError, InvalidError, LimitError, UnsupportedError, CancelledError; what `progress` raises.
+    In the main thread a signal whose handler raises, such as Ctrl-C, ends the call; an old output stays as it was.
     """
     if (vertices is None) == (files is None):
         raise UsageError("give vertices or files, one of the two")
-    raised: list[BaseException] = []
+    names = [] if files is None else [files] if isinstance(files, (str, os.PathLike)) else list(files)
+    words = [(key.replace("_", "-"), word)
+             for key, value in options.items() if value is not None for word in _words(value)]
+    given = []
+    if files is None:
+        given.append(_raw_arrays(vertices, faces, normals, colours, radii, materials, fields, units))
 
-    def report_progress(_context: int, step: bytes, done: float) -> int:
-        try:
-            return 1 if progress(step.decode(), done) else 0
-        except BaseException as error:  # noqa: BLE001: no exception passes through C
-            raised.append(error)
-            return 1
-
-    callback = _library.ReportProgress(report_progress) if progress is not None else _library.ReportProgress()
-    builder = c_void_p()
-    call("pbm_new_builder", byref(builder))
-    try:
-        for key, value in options.items():
-            if value is None:
-                continue
-            for word in _words(value):
-                call("pbm_set_option", builder, key.replace("_", "-").encode(), os.fsencode(word))
-        if files is not None:
-            for name in [files] if isinstance(files, (str, os.PathLike)) else files:
-                call("pbm_add_file", builder, os.fsencode(name))
-        else:
-            raw, kept = _raw_arrays(vertices, faces, normals, colours, radii, materials, fields, units)
+    def prepare(builder: c_void_p) -> None:
+        for key, word in words:
+            call("pbm_set_option", builder, text(key), text(word))
+        for name in names:
+            call("pbm_add_file", builder, text(name))
+        while given:  # the library copies arrays: those made here are freed before it builds
+            raw, kept = given.pop()
             call("pbm_add_arrays", builder, byref(raw))
             del kept
-        call("pbm_set_progress", builder, callback, None)
-        handle = c_void_p()
-        with _Raising(raised):
-            call("pbm_build", builder, None if output is None else os.fsencode(output),
-                 byref(handle) if output is None else None)
-        model = Model(handle, None) if output is None else None
-        text = c_char_p()
-        call("pbm_get_report", builder, byref(text))
-        return Report(json.loads(text.value.decode("utf-8", "replace")), model)
-    finally:
-        _library.library().pbm_free_builder(builder)
+
+    outputs = [] if output is None else [output]
+    known = [os.fspath(name) for name in [*names, *outputs]] + [word for _, word in words]
+    target = None if output is None else text(output)
+    running = _Build(progress)
+    return _interruptible(lambda: running.run(prepare, target, known), running.cancel)

@@ -10,12 +10,20 @@ from ctypes import byref, c_int32, c_uint64, c_void_p
 import numpy as np
 
 from . import _library
-from ._library import call
+from ._library import call, text
 from .errors import UsageError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Buffer, Callable, Iterable, Mapping, Sequence
+    import mmap
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from typing import Any, Union
+
+    import numpy.typing as npt
+
+    Array = np.ndarray[Any, np.dtype[Any]]
+    Triple = Union[Sequence[float], Array]
+    Buffer = Union[bytes, bytearray, memoryview, mmap.mmap, Array]  # collections.abc.Buffer came with Python 3.12
 
 _ATTRIBUTES = {"colours": 1, "materials": 2, "texture": 4, "shadows": 8, "ground": 16, "panorama": 32, "closed": 64}
 _QUALITIES = {"fast": 0, "fine": 1}
@@ -75,7 +83,7 @@ class Info:
         self.highest = np.array(raw.highest)
         self.unit: str = raw.unit.decode()
         self.up: str = raw.up.decode()
-        self.metadata: dict = json.loads(raw.metadata.decode("utf-8", "replace"))
+        self.metadata: dict[str, Any] = json.loads(raw.metadata.decode("utf-8", "replace"))
         self.content_id: str = raw.content_id.decode()
         self.attributes = frozenset(name for name, bit in _ATTRIBUTES.items() if raw.attributes & bit)
         self.materials: int = raw.materials
@@ -105,10 +113,10 @@ class Camera:
 
     __slots__ = ("position", "focal_point", "up", "view_angle", "orthographic", "clip_plane", "clip_box", "backs")
 
-    def __init__(self, position: Sequence[float], focal_point: Sequence[float], up: Sequence[float] = (0, 1, 0),
+    def __init__(self, position: Triple, focal_point: Triple, up: Triple = (0, 1, 0),
                  view_angle: float = 30, orthographic: bool = False,
-                 clip_plane: tuple[Sequence[float], Sequence[float]] | None = None,
-                 clip_box: tuple[Sequence[float], Sequence[float]] | None = None, backs: str = "auto") -> None:
+                 clip_plane: tuple[Triple, Triple] | None = None, clip_box: tuple[Triple, Triple] | None = None,
+                 backs: str = "auto") -> None:
         self.position = np.array(position, float)
         self.focal_point = np.array(focal_point, float)
         self.up = np.array(up, float)
@@ -135,7 +143,8 @@ class Camera:
             raise UsageError(f"backs of the camera is {self.backs!r}, not one of {', '.join(_BACKS)}")
         raw = _library.Camera(view_angle=np.radians(self.view_angle), orthographic=int(self.orthographic),
                               backs=_BACKS.index(self.backs))
-        triples = [("position", self.position), ("focal_point", self.focal_point), ("up", self.up)]
+        triples: list[tuple[str, Triple]] = [("position", self.position), ("focal_point", self.focal_point),
+                                             ("up", self.up)]
         if self.clip_plane is not None:
             raw.clip |= _CLIP_PLANE
             triples += zip(("plane_point", "plane_normal"), self.clip_plane)
@@ -154,16 +163,23 @@ class Model:
     """An open model. Close it, or use it as a context manager; `pbm.open` makes it."""
 
     def __init__(self, handle: c_void_p, keep: object) -> None:
-        self._handle = handle
+        self._handle: c_void_p | None = handle
         self._keep = keep  # what the library reads from
         self._info: Info | None = None
 
     def close(self) -> None:
-        """Frees the model. Later calls raise UsageError."""
-        if self._handle:
-            _library.library().pbm_close(self._handle)
-            self._handle = None
-            self._keep = None
+        """Frees the model; waits until calls of other threads with it have ended. Later calls raise UsageError.
+
+        Raises UsageError within the function of `pbm.open_ranges`, whose call needs the model.
+        """
+        handle, self._handle = self._handle, None
+        if handle and _library.library().pbm_close(handle) != _library.OK:
+            self._handle = handle
+            raise UsageError("the function that reads a model must not close it")
+        self._keep = None
+
+    def __reduce__(self) -> tuple[object, ...]:
+        raise TypeError("an open model cannot be copied or pickled: open its file again")
 
     def __enter__(self) -> Model:
         return self
@@ -199,9 +215,9 @@ class Model:
         self._call("pbm_count_points", self._level(level), byref(count))
         return count.value
 
-    def points(self, level: int | None = None, attributes: Iterable[str] | None = None, *, dtype: object = np.float64,
-               offset: Sequence[float] = (0, 0, 0), out: Mapping[str, np.ndarray] | None = None,
-               threads: int = 0) -> dict[str, np.ndarray]:
+    def points(self, level: int | None = None, attributes: Iterable[str] | None = None, *,
+               dtype: npt.DTypeLike = np.float64, offset: Triple = (0, 0, 0),
+               out: Mapping[str, Array] | None = None, threads: int = 0) -> dict[str, Array]:
         """The points of a level in Morton order, one array an attribute.
 
         positions   [points][3] float64 or float32, model units: centres of the voxels, less `offset` in float32
@@ -216,7 +232,8 @@ class Model:
         attributes  names of those to read; None: positions, normals, radii, and what the model has of colours,
                     materials and fields
         dtype       of the positions
-        out         arrays to fill instead of new ones, C-contiguous, with these shapes and types
+        out         arrays to fill instead of new ones, C-contiguous, with these shapes and types, by names of those
+                    that are read
         threads     0: one per processor
 
         Raises UsageError, InvalidError for a damaged file, LimitError.
@@ -230,6 +247,9 @@ class Model:
         dtype = np.dtype(dtype)
         if dtype not in (np.dtype(np.float64), np.dtype(np.float32)):
             raise UsageError(f"positions are float64 or float32, not {dtype}")
+        for name in out or ():
+            if name not in names:
+                raise UsageError(f"out has {name!r}, which is not read: {', '.join(names)}")
         result = {}
         for name in names:
             kind, width = self._shape(name, dtype, fields)
@@ -261,7 +281,7 @@ class Model:
                without: Iterable[str] = (), finest_level: int = 0, max_error: float = 0, depth: bool = False,
                threads: int = 0, light_follows: str | None = None, headlight: tuple[float, float] | None = None,
                colour_by: str | None = None, colour_range: tuple[float, float] | None = None,
-               colour_map: str | None = None) -> np.ndarray | tuple[np.ndarray, np.ndarray]:
+               colour_map: str | None = None) -> Array | Any:
         """Draws a picture: [height][width][4] uint8, sRGB with straight alpha, top row first.
 
         camera        None: default_camera(size)
@@ -331,9 +351,10 @@ class Model:
                 [f"scalar_{field.name}" for field in self.info.fields])
 
     @staticmethod
-    def _shape(name: str, dtype: np.dtype, fields: Mapping[str, int]) -> tuple[object, int]:
-        shapes = {"positions": (dtype, 3), "normals": (np.float32, 3), "colours": (np.uint8, 3), "radii": (np.float32, 1),
-                  "materials": (np.uint8, 1), "two_sided": (np.bool_, 1)}
+    def _shape(name: str, dtype: np.dtype[Any], fields: Mapping[str, int]) -> tuple[npt.DTypeLike, int]:
+        shapes: dict[str, tuple[npt.DTypeLike, int]] = {
+            "positions": (dtype, 3), "normals": (np.float32, 3), "colours": (np.uint8, 3), "radii": (np.float32, 1),
+            "materials": (np.uint8, 1), "two_sided": (np.bool_, 1)}
         if name in fields:
             return np.float32, 1
         if name not in shapes:
@@ -341,20 +362,24 @@ class Model:
         return shapes[name]
 
 
-def _choice(what: str, word: object, choices: Mapping) -> int:
+def _choice(what: str, word: Any, choices: Mapping[Any, int]) -> int:
     if word not in choices:
         raise UsageError(f"{what} is {word!r}, not one of {', '.join(map(repr, choices))}")
     return choices[word]
 
 
-def open(source: str | os.PathLike | Buffer) -> Model:  # noqa: A001: pbm.open, as gzip.open
+def open(source: str | os.PathLike[str] | Buffer, *, private: bool = False) -> Model:  # noqa: A001: as gzip.open
     """Opens a model: a file by its name, or the bytes of one, which are not copied and must not change.
+
+    private  read all of a named file into memory now, instead of mapping it. What others do to the file afterwards does
+             not matter; if a mapped file becomes shorter, as when another one is copied over it, the system ends the
+             process. Costs as much memory as the file is large, and the time to read it
 
     Raises FileError, InvalidError, UnsupportedError.
     """
     handle = c_void_p()
     if isinstance(source, (str, os.PathLike)):
-        call("pbm_open_file", os.fsencode(source), byref(handle))
+        call("pbm_open_private" if private else "pbm_open_file", text(source), byref(handle), files=[os.fspath(source)])
         return Model(handle, None)
     array = np.frombuffer(source, np.uint8)
     call("pbm_open_memory", array.ctypes.data if array.size else byref(c_int32()), array.size, byref(handle))

@@ -1,32 +1,43 @@
-"""The programs of the wheel as commands: each runs the file of its name in bin/."""
+"""The programs as commands: each runs the file of its name in bin/ of the wheel, else the one in PATH."""
+
+from __future__ import annotations
 
 import os
+import shutil
 import sys
+from typing import NoReturn
+
+NAMES = ("build", "render", "validate", "info", "export")
 
 
-def _run(name: str) -> None:
-    program = os.path.join(os.path.dirname(os.path.abspath(__file__)), "bin", name)
+def run(name: str, arguments: list[str]) -> NoReturn:
+    """Becomes the program pbm-NAME."""
+    program = f"pbm-{name}"
+    own = os.path.join(os.path.dirname(os.path.abspath(__file__)), "bin", program)
+    found = own if os.path.exists(own) else shutil.which(program)
+    if found is None:
+        sys.exit(f"{program}: not found; install the wheel of pbm-scan, or put {program} into the PATH")
     try:
-        os.execv(program, [name, *sys.argv[1:]])
+        os.execv(found, [program, *arguments])
     except OSError as error:
-        sys.exit(f"{name}: {program}: {error.strerror}; install the wheel of pbm-scan anew")
+        sys.exit(f"{program}: {found}: {error.strerror}; install the wheel of pbm-scan anew")
 
 
 def build() -> None:
-    _run("pbm-build")
+    run("build", sys.argv[1:])
 
 
 def render() -> None:
-    _run("pbm-render")
+    run("render", sys.argv[1:])
 
 
 def validate() -> None:
-    _run("pbm-validate")
+    run("validate", sys.argv[1:])
 
 
 def info() -> None:
-    _run("pbm-info")
+    run("info", sys.argv[1:])
 
 
 def export() -> None:
-    _run("pbm-export")
+    run("export", sys.argv[1:])

@@ -8,12 +8,14 @@ from ctypes import byref, c_int32
 import numpy as np
 
 from . import _library
-from ._library import call
+from ._library import call, text
 from .model import _choice
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Buffer
+    from typing import Any
+
+    from .model import Buffer
 
 _LEVELS = {"default": 0, "quick": 1, "deep": 2}
 _SEVERITIES = ("info", "warning", "error")
@@ -42,7 +44,7 @@ class Finding:
         return f"<{self.severity} {self.name} at byte {self.offset}: {self.message}>"
 
 
-class Findings(list):
+class Findings(list[Finding]):
     """The findings in the order of the file, a list of Finding, and what was counted.
 
     valid                    no error was found
@@ -61,7 +63,7 @@ class Findings(list):
         self.points: int = raw.points
 
 
-def validate(source: str | os.PathLike | Buffer, level: str = "default", *, max_findings: int = 100,
+def validate(source: str | os.PathLike[str] | Buffer, level: str = "default", *, max_findings: int = 100,
              threads: int = 0) -> Findings:
     """Checks a file, by its name or its bytes, against every rule of BVG.md.
 
@@ -72,14 +74,14 @@ def validate(source: str | os.PathLike | Buffer, level: str = "default", *, max_
     """
     findings: list[Finding] = []
 
-    def report(_context: int, finding: object) -> int:
+    def report(_context: int, finding: Any) -> int:
         findings.append(Finding(finding.contents))
         return 0
 
     raw = _library.Validation(level=_choice("level", level, _LEVELS), threads=threads, max_findings=max_findings,
                               report=_library.ReportFinding(report))
     if isinstance(source, (str, os.PathLike)):
-        call("pbm_validate_file", os.fsencode(source), byref(raw))
+        call("pbm_validate_file", text(source), byref(raw), files=[os.fspath(source)])
     else:
         array = np.frombuffer(source, np.uint8)
         call("pbm_validate_memory", array.ctypes.data if array.size else byref(c_int32()), array.size, byref(raw))

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <functional>
 #include <numeric>
 #include <utility>
@@ -281,6 +282,8 @@ Result<std::uint64_t> write_model(const std::string &path, const Model &model, c
         return Error{valid.error().code == ErrorCode::memory ? ErrorCode::memory : ErrorCode::bad_content,
                      valid.error().offset,
                      "what was written does not verify (nothing was replaced): " + valid.error().message};
+    if (options.progress)
+        options.progress(std::nextafter(1.0, 0.0)); // the last moment for an exception that cancels
     if (Status status = replace_file(path, *file); !status)
         return std::move(status).error();
     return file->size();

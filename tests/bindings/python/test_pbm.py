@@ -1,8 +1,14 @@
 """The Python package, on the library that PBM_LIBRARY names or that a wheel holds."""
 
+import copy
+import errno
 import gc
 import json
+import os
 import pathlib
+import pickle
+import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -86,7 +92,8 @@ class Reading(Case):
                 with self.assertRaises(pbm.UsageError):
                     model.points(attributes=["positions"], dtype=np.float32, out={"positions": wrong})
             for arguments in ({"level": 7}, {"level": -1}, {"attributes": ["weight"]}, {"dtype": np.int32},
-                              {"threads": -1}):
+                              {"threads": -1}, {"out": {"position": whole["positions"]}},
+                              {"attributes": ["radii"], "out": {"positions": whole["positions"]}}):
                 with self.assertRaises(pbm.UsageError, msg=arguments):
                     model.points(**arguments)
 
@@ -110,11 +117,62 @@ class Reading(Case):
         with self.assertRaisesRegex(ValueError, "0 bytes instead of"):
             pbm.open_ranges(lambda offset, count: b"", len(stored))
 
+    def test_the_function_that_reads_may_not_close(self):
+        stored = self.path.read_bytes()
+        models = []
+
+        def read(offset, count):
+            if models:
+                models[0].close()
+            return stored[offset:offset + count]
+
+        models.append(pbm.open_ranges(read, len(stored)))
+        with self.assertRaisesRegex(pbm.UsageError, "must not close"):
+            models[0].points()
+        model, = models
+        models.clear()
+        self.assertEqual(len(model.points()["radii"]), model.info.points)
+        model.close()
+
+    def test_copies_do_not_close_the_original(self):
+        with pbm.open(self.path) as model:
+            for make in (copy.copy, copy.deepcopy, pickle.dumps):
+                with self.assertRaisesRegex(TypeError, "open its file again"):
+                    make(model)
+            gc.collect()
+            self.assertEqual(model.count_points(), model.info.points)
+
+    def test_private_models_outlive_their_file(self):
+        file = self.folder / "overwritten.pbvg"
+        shutil.copy(self.path, file)
+        with pbm.open(file, private=True) as model, pbm.open(self.path) as same:
+            file.write_bytes(b"")
+            self.assertTrue((model.points()["positions"] == same.points()["positions"]).all())
+            self.assertTrue((model.render(size=(40, 30)) == same.render(size=(40, 30))).all())
+        with self.assertRaises(pbm.InvalidError):
+            pbm.open(file, private=True)
+        os.mkfifo(self.folder / "pipe")
+        for name, number in (("nowhere", errno.ENOENT), (".", errno.EISDIR), ("pipe", errno.EIO)):
+            with self.assertRaises(pbm.FileError) as caught:
+                pbm.open(self.folder / name, private=True)
+            self.assertEqual(caught.exception.errno, number)
+
     def test_errors(self):
+        nowhere = self.folder / "nowhere.pbvg"
+        for call in (pbm.open, pbm.validate):
+            with self.assertRaises(pbm.FileError) as caught:
+                call(nowhere)
+            error = caught.exception
+            self.assertIsInstance(error, OSError)
+            self.assertEqual((error.code, error.offset, error.errno, error.filename), (2, None, errno.ENOENT, str(nowhere)))
+            self.assertEqual((str(error), error.strerror), (f"{nowhere}: cannot open: {os.strerror(errno.ENOENT)}",
+                                                            os.strerror(errno.ENOENT)))
+        for kind in (pbm.FileError("gone", None, "io.read", "", "x"), pbm.InvalidError("bad", 7, "a.b", "4.2")):
+            again = pickle.loads(pickle.dumps(kind))
+            self.assertEqual((type(again), str(again), again.__dict__), (type(kind), str(kind), kind.__dict__))
         with self.assertRaises(pbm.FileError) as caught:
-            pbm.open(self.folder / "nowhere.pbvg")
-        self.assertIsInstance(caught.exception, OSError)
-        self.assertEqual((caught.exception.code, caught.exception.offset), (2, None))
+            pbm.open(self.folder)
+        self.assertEqual((caught.exception.errno, caught.exception.filename), (errno.EISDIR, str(self.folder)))
         with self.assertRaises(pbm.InvalidError) as caught:
             pbm.open(b"x" * 200)
         self.assertEqual((caught.exception.code, caught.exception.offset, caught.exception.name, caught.exception.rule),
@@ -237,6 +295,56 @@ class Building(Case):
         for files in (ply, str(ply), [ply, ply]):
             with pbm.build(files=files, depth=5).model as model:
                 self.assertEqual(model.info.depth, 5)
+        with self.assertRaises(pbm.FileError) as caught:
+            pbm.build(files=[ply, "nowhere.ply"])
+        self.assertEqual((caught.exception.errno, caught.exception.filename), (errno.ENOENT, "nowhere.ply"))
+
+    def test_the_model_of_an_output_is_open(self):
+        output = self.folder / "output.pbvg"
+        report = pbm.build(self.vertices, depth=5, output=output)
+        output.unlink()
+        with report.model as model:
+            self.assertEqual(model.info.points, report.figures["points"])
+
+    def test_zero_bytes_are_refused(self):
+        name = str(self.path) + "\0.pbvg"
+        for call in (lambda: pbm.open(name), lambda: pbm.open(name, private=True), lambda: pbm.validate(name),
+                     lambda: pbm.build(files=name), lambda: pbm.build(self.vertices, output=name),
+                     lambda: pbm.build(self.vertices, panorama=name), lambda: pbm.build(self.vertices, **{"depth\0": 5}),
+                     lambda: pbm.build(self.vertices, fields={"a\0": self.heights}),
+                     lambda: pbm.build(self.vertices, fields={"a": self.heights}, units={"a": "m\0"})):
+            with self.assertRaisesRegex(ValueError, "zero byte"):
+                call()
+
+    def test_signals_end_a_build(self):
+        old, main = self.path.read_bytes(), threading.main_thread().ident
+
+        class Interrupted(BaseException):
+            pass
+
+        def interrupt(_number, _frame):
+            raise Interrupted
+
+        def in_step(name):
+            def progress(step, done):
+                if step == name and done < 1:
+                    signal.pthread_kill(main, signal.SIGUSR1)
+            return progress
+
+        before = signal.signal(signal.SIGUSR1, interrupt)
+        try:
+            for step in ("voxelize", "write"):
+                with self.assertRaises(Interrupted, msg=step):
+                    pbm.build(self.vertices, self.faces, depth=7, output=self.path, progress=in_step(step))
+                self.assertEqual(self.path.read_bytes(), old)
+            # Without `progress`, the signal comes from elsewhere, at any moment of one build after another.
+            sender = threading.Timer(0.2, signal.pthread_kill, (main, signal.SIGUSR1))
+            sender.start()
+            with self.assertRaises(Interrupted):
+                while True:
+                    pbm.build(self.vertices, self.faces, depth=7)
+        finally:
+            signal.signal(signal.SIGUSR1, before)
 
     def test_progress(self):
         steps = []
@@ -268,6 +376,18 @@ class Building(Case):
 class Package(unittest.TestCase):
     def test_version(self):
         self.assertRegex(pbm.version(), r"^\d+\.\d+\.\d+$")
+        self.assertEqual(pbm.__version__, pbm.version())
+        with self.assertRaises(AttributeError):
+            pbm.__author__
+
+    def test_module_runs_programs(self):
+        def run(*words):
+            return subprocess.run([sys.executable, "-m", "pbm", *words], capture_output=True, text=True)
+
+        self.assertEqual(run("--version").stdout.strip(), pbm.__version__)
+        self.assertEqual((run("--help").returncode, run().returncode, run("destroy").returncode), (0, 1, 1))
+        ran = run("info", "--help")
+        self.assertIn("pbm-info", ran.stdout + ran.stderr)
 
     def test_import_takes_numpy_alone(self):
         program = "import sys, numpy; before = set(sys.modules); import pbm; print(*sorted(set(sys.modules) - before))"

@@ -1,6 +1,7 @@
 // Building through the C API.
 #include "ball.h"
 
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <set>
@@ -207,6 +208,7 @@ TEST(CApiBuilding, NeedsAScanAndSomewhereToPutTheModel) {
 struct Watcher {
     std::set<std::string> steps{};
     int calls = 0, cancel_at = 0;
+    bool stays_until_replaced = false; // cancels by the last call that can
     pbm_builder *builder = nullptr;
     pbm_code inner = PBM_OK;
 
@@ -217,6 +219,8 @@ struct Watcher {
         watcher.steps.insert(step);
         if (watcher.builder != nullptr)
             watcher.inner = pbm_add_file(watcher.builder, "x", nullptr);
+        if (watcher.stays_until_replaced)
+            return step == std::string("write") && done == std::nextafter(1.0, 0.0) ? 1 : 0;
         return ++watcher.calls == watcher.cancel_at ? 1 : 0;
     }
 };
@@ -250,9 +254,60 @@ TEST(CApiBuilding, ReportsProgressAndIsCancelledAtAnyStep) {
         EXPECT_EQ(read_file(path), old);
     }
     EXPECT_GE(cancelled, all - 3);
+    Watcher last{.stays_until_replaced = true};
+    ASSERT_EQ(pbm_set_option(builder, "name", "Another", &error), PBM_OK);
+    ASSERT_EQ(pbm_set_progress(builder, Watcher::watch, &last, &error), PBM_OK);
+    ASSERT_EQ(pbm_add_arrays(builder, &arrays, &error), PBM_OK);
+    EXPECT_EQ(pbm_build(builder, path.c_str(), nullptr, &error), PBM_CANCELLED);
+    EXPECT_EQ(read_file(path), old);
     ASSERT_EQ(pbm_set_progress(builder, nullptr, nullptr, &error), PBM_OK);
     pbm_free_builder(builder);
     std::remove(path.c_str());
+}
+
+// Asks for the end of the build from within, as another thread would.
+struct Canceller {
+    pbm_builder *builder;
+    std::string at;
+    int calls_after = 0;
+
+    static int watch(void *context, const char *step, double done) {
+        auto &canceller = *static_cast<Canceller *>(context);
+        if (canceller.at.empty())
+            ++canceller.calls_after;
+        if (step == canceller.at && done < 1) {
+            EXPECT_EQ(pbm_cancel_build(canceller.builder), PBM_OK);
+            canceller.at.clear();
+        }
+        return 0;
+    }
+};
+
+TEST(CApiBuilding, AnotherThreadCancelsABuild) {
+    const Ball ball;
+    const pbm_arrays arrays = ball.arrays();
+    pbm_builder *builder = nullptr;
+    pbm_model *model = nullptr;
+    pbm_error error;
+    ASSERT_EQ(pbm_new_builder(&builder, &error), PBM_OK);
+    ASSERT_EQ(pbm_set_option(builder, "depth", "6", &error), PBM_OK);
+    for (const char *const step : {"choose grid", "voxelize", "detail levels"}) {
+        Canceller canceller{builder, step};
+        ASSERT_EQ(pbm_set_progress(builder, Canceller::watch, &canceller, &error), PBM_OK);
+        ASSERT_EQ(pbm_add_arrays(builder, &arrays, &error), PBM_OK);
+        EXPECT_EQ(pbm_build(builder, nullptr, &model, &error), PBM_CANCELLED) << step;
+        EXPECT_EQ(canceller.calls_after, 0) << step;
+    }
+    ASSERT_EQ(pbm_set_progress(builder, nullptr, nullptr, &error), PBM_OK);
+    ASSERT_EQ(pbm_add_arrays(builder, &arrays, &error), PBM_OK);
+    EXPECT_EQ(pbm_cancel_build(builder), PBM_OK); // the next one
+    EXPECT_EQ(pbm_build(builder, nullptr, &model, &error), PBM_CANCELLED);
+    ASSERT_EQ(pbm_add_arrays(builder, &arrays, &error), PBM_OK);
+    EXPECT_EQ(pbm_build(builder, nullptr, &model, &error), PBM_OK) << error.message;
+    pbm_close(model);
+    pbm_free_builder(builder);
+    EXPECT_EQ(pbm_cancel_build(builder), PBM_USAGE);
+    EXPECT_EQ(pbm_cancel_build(nullptr), PBM_USAGE);
 }
 
 TEST(CApiBuilding, SeveralScansBecomeOneModel) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <thread>
 #include <tuple>
@@ -75,11 +76,31 @@ TEST(CApiOpening, SaysWhyAFileIsRefused) {
     EXPECT_EQ(error.offset, PBM_NO_OFFSET);
 }
 
+TEST(CApiOpening, APrivateModelOutlivesItsFile) {
+    const std::string path = testing::TempDir() + "pbm_private.pbvg";
+    pbm_error error;
+    pbm_model *model = nullptr, *from_file = nullptr;
+    ASSERT_EQ(build_ball({{"depth", "6"}}, path.c_str(), &from_file, &error), PBM_OK) << error.message;
+    ASSERT_EQ(pbm_open_private(path.c_str(), &model, &error), PBM_OK) << error.message;
+    const Points expected(from_file, 6);
+    pbm_close(from_file);
+    std::filesystem::resize_file(path, 0); // a mapping of it is gone
+    EXPECT_EQ(Points(model, 6).all(), expected.all());
+    pbm_close(model);
+    EXPECT_EQ(pbm_open_private(path.c_str(), &model, &error), PBM_INVALID);
+    EXPECT_TRUE(std::string(error.message).starts_with(path)) << error.message;
+    std::filesystem::remove(path);
+    for (const char *const name : {"/nowhere/model.pbvg", "/", "/dev/null", "-"})
+        EXPECT_EQ(pbm_open_private(name, &model, &error), PBM_IO) << name;
+}
+
 TEST(CApiOpening, RefusesNullPointers) {
     pbm_model *model = nullptr;
     pbm_error error;
     EXPECT_EQ(pbm_open_file(nullptr, &model, &error), PBM_USAGE);
     EXPECT_EQ(pbm_open_file("x", nullptr, &error), PBM_USAGE);
+    EXPECT_EQ(pbm_open_private(nullptr, &model, &error), PBM_USAGE);
+    EXPECT_EQ(pbm_open_private("x", nullptr, &error), PBM_USAGE);
     EXPECT_EQ(pbm_open_memory(nullptr, 10, &model, &error), PBM_USAGE);
     EXPECT_EQ(pbm_open_memory(&error, sizeof error, nullptr, &error), PBM_USAGE);
     EXPECT_EQ(pbm_open_ranges(nullptr, nullptr, 10, &model, &error), PBM_USAGE);

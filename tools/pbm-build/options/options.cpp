@@ -90,7 +90,7 @@ std::optional<int> take_warnings(std::string_view program, Arguments &arguments)
 
 // False for options of destination, speed and output, which do not affect the result.
 bool changes_result(const command_line::GivenValue &option) {
-    constexpr std::array<std::string_view, 34> kHarmless{{"--temp-dir",
+    constexpr std::array<std::string_view, 35> kHarmless{{"--temp-dir",
                                                           "--page",
                                                           "--page-view",
                                                           "--action-key",
@@ -105,6 +105,7 @@ bool changes_result(const command_line::GivenValue &option) {
                                                           "--batch",
                                                           "--output-dir",
                                                           "--keep-going",
+                                                          "--timeout",
                                                           "--max-memory",
                                                           "--output",
                                                           "--threads",
@@ -300,7 +301,9 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
     line.add("--strict", "Refuse the input if anything of it would be dropped", &options.strict,
              {.excludes = {"--remove-outliers"}});
     line.add("--deny", "Refuse scans whose report has lines of these names", &arguments.deny,
-             {.type = "NAME,..", .check = undeniable_warning, .separator = ','});
+             {.type = "NAME,..", .check = undeniable_warning, .separator = ',', .proposals = [] {
+                  return warning_names(true);
+              }});
 }
 
 void add_field_options(CommandLine &line, Arguments &arguments) {
@@ -436,6 +439,13 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
                   },
               .is_setting = false,
               .excludes = {"--action-key"}});
+    line.add("--timeout", "Seconds that the build of one scan of --batch may take; it is then ended, and has failed",
+             &arguments.timeout,
+             {.type = "SECONDS",
+              .check = command_line::Numbers{0.001, 1e9},
+              .is_setting = false,
+              .excludes = {"--plan"},
+              .needs = "--batch"});
     line.add("--shards", "Parts of the model that --plan divides among machines", &arguments.shards,
              {.check = command_line::Integers{2, kMaxTasks},
               .is_setting = false,
@@ -481,7 +491,9 @@ void add_general_options(CommandLine &line, Arguments &arguments) {
     line.add("--warnings", "Say nothing but errors and what was dropped",
              [&arguments] { arguments.verbosity = command_line::Verbosity::warnings; }, {.excludes = {"--quiet"}});
     line.add("--allow", "Leave lines of these names out of report, warnings and log", &arguments.allow,
-             {.type = "NAME,..", .check = unknown_warning, .separator = ','});
+             {.type = "NAME,..", .check = unknown_warning, .separator = ',', .proposals = [] {
+                  return warning_names(false);
+              }});
     line.add("--list-warnings", "Names for --deny and --allow; --list-warnings=markdown", &arguments.list_warnings,
              {.alone = "text", .is_setting = false});
     command_line::add_verbose(line, arguments.verbosity, "Name every step");

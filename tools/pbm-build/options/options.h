@@ -42,6 +42,7 @@ struct Arguments {
     std::string output_folder;          // of a batch
     std::uint64_t max_memory = 0;       // bytes; 0: not given
     bool keep_going = false;            // of a batch, after a failure
+    double timeout = 0;                 // of a batch: seconds that one build may take; 0: no limit
     PartNumber shard;                   // every count-th scan of a batch from number index on, or a part of one scan
     std::uint64_t shards = 0;           // parts that a plan has; 0: not given
     std::uint64_t merged = 0;           // parts that become the model; 0: it is built from the inputs

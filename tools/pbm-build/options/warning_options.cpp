@@ -11,11 +11,7 @@ namespace pbm::build {
 std::string unknown_warning(const std::string &word) {
     if (!word.empty() && find_warning(word) != Warning::none)
         return {};
-    std::vector<std::string> known;
-    known.reserve(kWarnings.size());
-    for (const WarningEntry &entry : kWarnings)
-        known.emplace_back(entry.name);
-    const std::string nearest = command_line::nearest_word(word, known);
+    const std::string nearest = command_line::nearest_word(word, warning_names(false));
     return "'" + word + "' is no warning" +
            (nearest.empty() ? "; --list-warnings names them all" : "; did you mean " + nearest + "?");
 }
@@ -25,6 +21,14 @@ std::string undeniable_warning(const std::string &word) {
     if (complaint.empty() && !entry_of(find_warning(word)).is_deniable)
         complaint = word + " is found when the output is there: --deny cannot refuse it";
     return complaint;
+}
+
+std::vector<std::string> warning_names(bool only_deniable) {
+    std::vector<std::string> names;
+    for (const WarningEntry &entry : kWarnings)
+        if (!entry.name.empty() && (entry.is_deniable || !only_deniable))
+            names.emplace_back(entry.name);
+    return names;
 }
 
 WarningSet warnings_named(const std::vector<std::string> &words) {

@@ -13,6 +13,9 @@ std::string unknown_warning(const std::string &word);
 // Also about one that is found only when the output is there: what is denied refuses the scan before that.
 std::string undeniable_warning(const std::string &word);
 
+// Names of warnings, or of those alone that --deny takes.
+std::vector<std::string> warning_names(bool only_deniable);
+
 // `words` are names.
 WarningSet warnings_named(const std::vector<std::string> &words);
 

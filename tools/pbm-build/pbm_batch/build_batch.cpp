@@ -3,6 +3,7 @@
 #include "pbm_batch/memory_estimate.h"
 #include "system/processes/child_program.h"
 #include "system/threads/parallel.h"
+#include "system/threads/thread_pool.h"
 
 #include <nlohmann/json.hpp>
 
@@ -11,6 +12,7 @@
 #include <condition_variable>
 #include <filesystem>
 #include <mutex>
+#include <stop_token>
 #include <system_error>
 
 namespace pbm::batch {
@@ -23,6 +25,36 @@ std::uint64_t peak_of(const std::string &document) {
     const auto found = json.is_object() ? json.find("peak_memory") : json.end();
     return json.is_object() && found != json.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
 }
+
+// Requests a stop unless it is destroyed before `seconds` have passed; 0: never.
+class Timeout {
+  public:
+    explicit Timeout(double seconds) : clock_(seconds > 0 ? 2 : 1) { // one thread waits
+        if (seconds > 0)
+            clock_.post([this, seconds] {
+                std::unique_lock lock(mutex_);
+                if (!over_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return is_over_; }))
+                    stop_.request_stop();
+            });
+    }
+    ~Timeout() {
+        const std::lock_guard lock(mutex_);
+        is_over_ = true;
+        over_.notify_one();
+    }
+    Timeout(const Timeout &) = delete;
+    Timeout &operator=(const Timeout &) = delete;
+
+    std::stop_token token() const { return stop_.get_token(); }
+    bool has_passed() const { return stop_.stop_requested(); }
+
+  private:
+    std::mutex mutex_; // guards is_over_
+    std::condition_variable over_;
+    bool is_over_ = false;
+    std::stop_source stop_;
+    ThreadPool clock_; // the last member, since it waits for its thread
+};
 
 class Batch {
   public:
@@ -76,13 +108,16 @@ class Batch {
                        {"--quiet", "--progress", "--json=-", "--threads=" + std::to_string(threads_of_build_),
                         "--output=" + scan.output, "--", scan.input});
         // Lines of progress begin with a number. They end the build if this program is gone.
-        const auto end = run_program(command, [&](std::string_view line) {
+        const auto keep_document = [&](std::string_view line) {
             if (!line.empty() && !(line.front() >= '0' && line.front() <= '9'))
                 ending.document.append(line).append(1, '\n');
-        });
+        };
+        const Timeout timeout(request_.timeout);
+        const auto end = run_program(command, keep_document, timeout.token());
         ending.exit_code = !end ? exit_code(end.error().code) : end->exit_code < 0 ? kKilled : end->exit_code;
         if (ending.exit_code != 0)
             ending.message = !end                   ? end.error().message
+                             : timeout.has_passed() ? "ended, since it took longer than --timeout allows"
                              : end->exit_code < 0   ? "a signal ended it: perhaps it had too little memory"
                              : end->message.empty() ? "exit code " + std::to_string(end->exit_code)
                                                     : end->message;

@@ -19,12 +19,13 @@ struct Request {
     int threads = 1;                       // of all builds together
     std::uint64_t max_memory = UINT64_MAX; // bytes of all builds together, by estimates; one build always runs
     bool keep_going = false;               // after a failure
+    double timeout = 0;                    // seconds that one build may take; 0: no limit
 };
 
 // How the build of a scan ended.
 struct Ending {
     const Scan *scan = nullptr;
-    int exit_code = 0;    // 4 if a signal ended it
+    int exit_code = 0;    // 4 if a signal or the timeout ended it
     std::string message;  // of a failure, one line
     std::string document; // JSON of --json of the build; empty if it wrote none
     double seconds = 0;

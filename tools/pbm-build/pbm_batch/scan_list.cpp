@@ -79,6 +79,31 @@ fs::path place_of(const fs::path &file, const fs::path &root) {
     return place.empty() || *place.begin() == ".." ? file.filename() : place;
 }
 
+// The folder below which both lie.
+fs::path common_folder(const fs::path &a, const fs::path &b) {
+    std::error_code ignored;
+    const fs::path first = fs::absolute(a, ignored).lexically_normal(),
+                   second = fs::absolute(b, ignored).lexically_normal();
+    fs::path folder;
+    auto of_first = first.begin();
+    for (auto of_second = second.begin();
+         of_first != first.end() && of_second != second.end() && *of_first == *of_second; ++of_first, ++of_second)
+        folder /= *of_first;
+    return folder;
+}
+
+// What to do about two scans that become one model: those from elsewhere than below `root` got their names only.
+std::string advice(const std::string &a, const std::string &b, const fs::path &root, bool is_stream) {
+    const auto is_elsewhere = [&](const fs::path &file) {
+        const fs::path place = file.lexically_normal().lexically_relative(root);
+        return place.empty() || *place.begin() == "..";
+    };
+    if (!is_elsewhere(a) && !is_elsewhere(b))
+        return "rename one of them, or build it by a list of its own";
+    return (is_stream ? "run this in " : "move the list to ") + common_folder(a, b).string() +
+           ", below which both lie: their models then lie as they do";
+}
+
 } // namespace
 
 Result<std::vector<Scan>> read_scan_list(const std::string &list_or_folder, const std::string &output_folder) {
@@ -108,8 +133,8 @@ Result<std::vector<Scan>> read_scan_list(const std::string &list_or_folder, cons
         scan.output = (fs::path(output_folder) / (uses[stem] == 1 ? stem.string() : scan.name)).string() + ".pbvg";
         const auto [other, is_new] = input_of.emplace(scan.output, scan.input);
         if (!is_new)
-            return usage(scan.input + " and " + other->second + " would both become " + scan.output +
-                         "; rename one of them, or build it by a list of its own");
+            return usage(scan.input + " and " + other->second + " would both become " + scan.output + "; " +
+                         advice(scan.input, other->second, root, is_stream(list_or_folder)));
     }
     return scans;
 }
