@@ -371,7 +371,7 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
     }
 
     if (!arguments.plan.empty())
-        return plan_parts(kProgram, arguments, sources.there);
+        return plan_parts(kProgram, arguments);
     BuildStatistics statistics;
     if (const int code = (is_part ? build_part : build)(arguments, sources, statistics); code != 0)
         return code;
