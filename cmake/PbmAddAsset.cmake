@@ -12,6 +12,11 @@
 # alone otherwise. `get_target_property(file NAME PBM_OUTPUT)` tells the full name. What is dropped from a scan is a
 # warning of the build, and stands in OUTPUT.log with errors.
 #
+# A name with [ ] or { is refused: the shell would take it for a pattern, and CMake does not quote it.
+#
+# Another version of pbm-build builds all assets again: they depend on the file pbm-build.version in the binary folder of
+# the project, whose target `pbm_build_version` each build runs.
+#
 # Needs Ninja or Makefiles and the imported target pbm::pbm-build.
 cmake_policy(PUSH)
 # Ninja reads the dependency file as pbm-build writes it. CMake would rewrite it first, and quote $ and # for a shell.
@@ -28,6 +33,16 @@ function(pbm_add_asset name)
     if(NOT TARGET pbm::pbm-build)
         message(FATAL_ERROR "pbm_add_asset(${name}): this installation of PBM has no pbm-build")
     endif()
+    set(unquoted ${ARG_OPTIONS})
+    list(FILTER unquoted EXCLUDE REGEX " ") # CMake quotes words with a blank
+    foreach(words "${ARG_SOURCES}" "${ARG_RECIPE}" "${ARG_OUTPUT}" "${unquoted}" "${CMAKE_CURRENT_SOURCE_DIR}"
+            "${CMAKE_CURRENT_BINARY_DIR}")
+        if(words MATCHES "[][{]")
+            message(FATAL_ERROR
+                "pbm_add_asset(${name}): ${words}: the shell takes [ ] and { for a pattern of names; rename the file or "
+                "its folder")
+        endif()
+    endforeach()
     if(NOT DEFINED ARG_OUTPUT)
         set(ARG_OUTPUT ${name}.pbvg)
     endif()
@@ -50,6 +65,15 @@ function(pbm_add_asset name)
         list(APPEND depends "${item}")
     endforeach()
 
+    set(version "${CMAKE_BINARY_DIR}/pbm-build.version")
+    if(NOT TARGET pbm_build_version)
+        add_custom_target(pbm_build_version
+            COMMAND sh -c "\"$1\" --version | cmp -s - \"$2\" || \"$1\" --version >\"$2\"" sh
+                "$<TARGET_FILE:pbm::pbm-build>" "${version}"
+            BYPRODUCTS "${version}"
+            COMMENT ""
+            VERBATIM)
+    endif()
     cmake_path(GET ARG_OUTPUT PARENT_PATH folder)
     file(MAKE_DIRECTORY "${folder}")
     set(shown "${ARG_OUTPUT}") # as Ninja names it
@@ -61,11 +85,14 @@ function(pbm_add_asset name)
     if(CMAKE_GENERATOR MATCHES "Ninja")
         set(target "${shown}")
     endif()
+    # Makefiles keep what a target of this name depended on, and do not see that it builds something else now.
+    set(request "${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/${name}.asset")
+    file(CONFIGURE OUTPUT "${request}" CONTENT "${recipe};${ARG_OPTIONS};${ARG_OUTPUT};${sources}\n" @ONLY)
     add_custom_command(OUTPUT "${ARG_OUTPUT}"
         COMMAND pbm::pbm-build --warnings --log "${ARG_OUTPUT}.log" --if-changed
             --dependency-file "${ARG_OUTPUT}.d" --dependency-target "${target}" ${recipe} ${ARG_OPTIONS}
             --output "${ARG_OUTPUT}" -- ${sources}
-        DEPENDS pbm::pbm-build ${sources} ${ARG_RECIPE} ${depends}
+        DEPENDS pbm::pbm-build pbm_build_version "${version}" "${request}" ${sources} ${ARG_RECIPE} ${depends}
         DEPFILE "${ARG_OUTPUT}.d"
         COMMENT "Building ${shown}"
         VERBATIM)

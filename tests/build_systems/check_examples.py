@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The example of a build system builds, builds nothing twice, and builds again what has changed:
-check_examples.py make|ninja|meson|bazel ROOT PROGRAMS WORK"""
+"""The example of a build system builds, builds nothing twice, and builds again what has changed, what appears and what
+disappears, and with another version of the program: check_examples.py make|ninja|meson|bazel ROOT PROGRAMS WORK"""
 
 import ast
 import atexit
@@ -12,17 +12,12 @@ import sys
 
 tool = sys.argv[1]
 root, programs, work = (pathlib.Path(word).resolve() for word in sys.argv[2:])
-environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
+environment = {**os.environ, "PATH": f"{work / tool}/program:{programs}:{os.environ['PATH']}"}
 source = work / tool / "examples/assets"
 output = source / {"meson": "build/cube.pbvg", "bazel": "bazel-bin/cube.pbvg"}.get(tool, "cube.pbvg")
 # The server ends with the test, or soon after.
 BAZEL = ["bazel", f"--output_user_root={work}/bazel_root", "--max_idle_secs=30"]
-NOTHING_TO_DO = {
-    "make": "up to date",
-    "ninja": "no work to do",
-    "meson": "no work to do",
-    "bazel": "1 process: 1 internal",  # which only looks
-}
+NOTHING_TO_DO = "1 process: 1 internal"  # Bazel's, which only looks
 
 
 def run(*command, fails=False):
@@ -40,6 +35,30 @@ def build(fails=False):
         "bazel": [*BAZEL, "build", "//:all"],
     }
     return run(*commands[tool], fails=fails)
+
+
+def install(version):
+    """A pbm-build that notes the builds it is called for, and says that it has this version."""
+    program = work / tool / "program/pbm-build"
+    program.parent.mkdir(exist_ok=True)
+    program.write_text(f"""#!/bin/sh
+if [ "$1" = --version ]; then
+    echo "pbm-build {version}"
+    exit
+fi
+[ -w {work / tool} ] && echo "$*" >>{work / tool}/calls
+exec {programs}/pbm-build "$@"
+""")
+    program.chmod(0o755)
+    os.utime(program, (0, 0))  # as a package may have it
+
+
+def calls():
+    """Builds since the last call."""
+    log = work / tool / "calls"
+    count = len(log.read_text().splitlines()) if log.exists() else 0
+    log.unlink(missing_ok=True)
+    return count
 
 
 def expect(condition, what):
@@ -70,6 +89,7 @@ if (work / tool).exists():
     shutil.rmtree(work / tool)
 shutil.copytree(root / "examples/assets", source)
 shutil.copytree(root / "bazel", work / tool / "bazel")
+install("1")
 if tool == "meson":
     run("meson", "setup", "build")
 if tool == "bazel":
@@ -80,8 +100,10 @@ run("pbm-validate", output)
 if tool == "bazel":
     expect((output.parent / "models/cube.pbvg").read_bytes() == model, "recipe and options give two models")
 time = output.stat().st_mtime_ns
+calls()
 said = build()
-expect(NOTHING_TO_DO[tool] in said and output.stat().st_mtime_ns == time, f"builds twice:\n{said}")
+expect((NOTHING_TO_DO in said if tool == "bazel" else calls() == 0) and output.stat().st_mtime_ns == time,
+       f"builds twice:\n{said}")
 
 # A file that the scan names, which the build file does not.
 materials = source / "cube.mtl"
@@ -91,10 +113,36 @@ build()
 blue = output.read_bytes()
 expect(blue != model, "a change of a material file is not seen")
 
+if tool != "bazel":  # which knows no files but those that its rule names
+    # A file that disappears, and appears again, older than the model.
+    saved = work / tool / "saved"
+    materials.rename(saved)
+    build()
+    without = output.read_bytes()
+    expect(without != blue, "a material file that is gone is not seen")
+    for _ in range(2):
+        build()
+    expect(output.read_bytes() == without, "a material file that is not there changes the model")
+    saved.rename(materials)
+    os.utime(materials, (0, 0))
+    build()
+    expect(output.read_bytes() == blue, "a material file that appears is not seen")
+    build()
+    calls()
+    build()
+    expect(calls() == 0, "builds twice when the material file is there again")
+
+    # Another version of the program, whose file has an old time.
+    install("2")
+    build()
+    expect(calls() == 1, "another version of the program does not build")
+    build()
+    expect(tool == "make" or calls() == 0, "builds twice with another version")  # Make compares times only
+
 # What fails leaves the old model.
 scan = source / "cube.obj"
 scan.write_text(scan.read_text().replace("f 1 4 3 2", "f 1 4 3 99"))
-os.utime(scan, ns=(time + 2 * 10**9, time + 2 * 10**9))
+os.utime(scan, ns=(time + 60 * 10**9, time + 60 * 10**9))
 said = build(fails=True)
 expect("cube.obj" in said and "99" in said, f"the reason is not said:\n{said}")
 if tool != "bazel":  # which removes outputs before an action

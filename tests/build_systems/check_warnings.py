@@ -106,8 +106,8 @@ CASES = [
     (["box.obj", "--fill-holes", "4"], "filled-holes"),
     (["cloud.xyz", "--upsample", "3"], "made-points"),
 ]
-# A grid that needs too much memory: tests/unit/build/pipeline_test.cpp. The cache: below.
-WITHOUT_CASE = {"coarser-grid", "cache-not-filled"}
+# A grid that needs too much memory: tests/unit/build/pipeline_test.cpp. The cache and batches: below.
+WITHOUT_CASE = {"coarser-grid", "cache-not-filled", "left-out", "stale-model"}
 expect({name for _, name in CASES} | WITHOUT_CASE == set(listed), "a name has no case")
 
 for words, name in CASES:
@@ -177,6 +177,15 @@ for words, exit_code, count in (([], 0, 1), (["--allow", "dropped-attribute"], 0
     (work / "list").write_text("line.obj\n")
     done = build("--batch", "list", "--output-dir", "models", "--depth", "6", "--warnings", *words, exit_code=exit_code)
     expect(done.stderr.count("[dropped-attribute]") == count, f"batch {words}: {done.stderr}")
+(work / "folder of scans").mkdir()
+shutil.copy(work / "plain.obj", work / "folder of scans")
+(work / "folder of scans/scene.fbx").write_text("")
+(work / "models/other.pbvg").write_text("")
+for name in ("left-out", "stale-model"):
+    batch = ["--batch", "folder of scans", "--output-dir", "models", "--depth", "6"]
+    expect(build(*batch, "--warnings").stderr.count(f"[{name}]") == 1, f"{name} is not said")
+    expect(f"[{name}]" not in build(*batch, "--allow", name, "--warnings").stderr, f"--allow does not hide {name}")
+    build(*batch, "--deny", name, exit_code=1)
 for plan in ("plan.ninja", "plan.slurm"):
     build(*parts, "--shards", "2", "--plan", plan, "--deny", "open-end", "--allow", "dropped-attribute")
     text = (work / plan).read_text()

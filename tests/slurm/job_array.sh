@@ -96,7 +96,7 @@ echo "the old model" | tee failed.pbvg >"all in 100%.pbvg"
 running() { squeue -h -j "$1" -t RUNNING 2>/dev/null | grep -q .; }
 ended() { ! squeue -h -j "$1" 2>/dev/null | grep -q .; }
 state_of() { scontrol show job "$1" 2>/dev/null | sed -n 's/^ *JobState=\([A-Z]*\).*/\1/p'; }
-job=$(sbatch --parsable --array=0-3 <(sed 's:/8":/4":' batch.slurm))
+job=$(sbatch --parsable --array=0-3 <(sed 's:^tasks=8:tasks=4:' batch.slurm))
 wait_for 120 running "${job}_2"
 scontrol requeue "${job}_2" # kills the task
 merge=$(sh "the parts.slurm" --comment="what sbatch is told")

@@ -4,6 +4,8 @@
 #include "command_line/error_log.h"
 #include "command_line/json_report.h"
 #include "pbm_batch/build_batch.h"
+#include "pbm_format/hashes/hash.h"
+#include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 #include "plan.h"
 #include "system/files/descriptor.h"
@@ -107,6 +109,16 @@ class BatchReport {
         show_progress();
     }
 
+    // A line of JSON for what no scan of the batch is.
+    void add_rest(std::span<const batch::LeftOut> left_out, std::span<const std::string> stale) {
+        if (left_out.empty() && stale.empty())
+            return;
+        Json line{{"left_out", Json::array()}, {"stale_models", stale}};
+        for (const batch::LeftOut &each : left_out)
+            line["left_out"].push_back({{"path", each.path}, {"kind", each.kind}});
+        write_line(line);
+    }
+
     // The table, and the exit code.
     int finish() {
         display_.clear();
@@ -185,8 +197,6 @@ class BatchReport {
     }
 
     void write_json(const batch::Ending &ending, const Json &document) {
-        if (arguments_.json.empty())
-            return;
         const Json line{{"scan", ending.scan->name},
                         {"input", ending.scan->input},
                         {"output", ending.scan->output},
@@ -194,6 +204,12 @@ class BatchReport {
                         {"seconds", ending.seconds},
                         {"message", message_of(ending)},
                         {"report", document.empty() ? Json() : document}};
+        write_line(line);
+    }
+
+    void write_line(const Json &line) {
+        if (arguments_.json.empty())
+            return;
         const std::string text = line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
         if (arguments_.json == "-")
             std::cout << text << std::flush;
@@ -241,6 +257,32 @@ bool holds_other_than_json(const std::string &path) {
     return first != std::char_traits<char>::eof() && first != '{';
 }
 
+// A line about the batch that ends no build.
+void warn(std::string_view program, const Arguments &arguments, Warning kind, const std::string &message) {
+    if (contains(arguments.allowed, kind))
+        return;
+    const std::string text = message + " [" + std::string(entry_of(kind).name) + "]";
+    command_line::log_line(command_line::LogKind::warning, text);
+    if (arguments.verbosity != command_line::Verbosity::quiet)
+        std::cerr << program << ": warning: " << command_line::printable(text) << '\n';
+}
+
+std::string text_of(std::span<const batch::LeftOut> left_out) {
+    return "left out " + std::to_string(left_out.size()) + ": " + batch::kinds_of(left_out);
+}
+
+// What is left out and no error of its own: 0, or an exit code.
+int code_of(std::span<const batch::LeftOut> left_out, bool is_strict) {
+    if (std::any_of(left_out.begin(), left_out.end(), [](const auto &each) { return each.is_unreadable; }))
+        return exit_code(ErrorCode::io);
+    return is_strict && !left_out.empty() ? exit_code(ErrorCode::bad_input) : 0;
+}
+
+// The share of a machine: the same whatever else is in the list.
+bool is_of_shard(const batch::Scan &scan, const PartNumber &shard) {
+    return shard.count == 1 || hash64(as_bytes(scan.name)) % shard.count == shard.index;
+}
+
 // Refuses outputs that are inputs, or models of this batch.
 std::optional<int> refuse_files(std::string_view program, const Arguments &arguments,
                                 std::span<const batch::Scan> scans) {
@@ -266,19 +308,40 @@ std::optional<int> refuse_files(std::string_view program, const Arguments &argum
     return std::nullopt;
 }
 
+batch::ScanRequest request_of(const Arguments &arguments) {
+    return {.list_or_folder = arguments.batch,
+            .output_folder = arguments.output_folder,
+            .root = arguments.batch_root,
+            .keep_extension = arguments.keep_extension,
+            .keep_going = arguments.keep_going};
+}
+
 } // namespace
 
 int run_batch(std::string_view program, const Arguments &arguments) {
-    auto scans = batch::read_scan_list(arguments.batch, arguments.output_folder);
-    if (!scans)
-        return command_line::fail(program, arguments.batch, scans.error());
-    std::size_t number = 0;
-    std::erase_if(*scans,
-                  [&](const batch::Scan &) { return number++ % arguments.shard.count != arguments.shard.index; });
-    if (const auto refused = refuse_files(program, arguments, *scans))
+    auto list = batch::read_scan_list(request_of(arguments));
+    if (!list) {
+        const bool is_of_folder_below =
+            list.error().code == ErrorCode::io && list.error().message.starts_with(arguments.batch);
+        return command_line::fail(program, is_of_folder_below ? "" : arguments.batch, list.error());
+    }
+    const bool is_strict = arguments.build.strict;
+    if (is_strict && !list->left_out.empty() && !arguments.keep_going)
+        return command_line::fail(program, arguments.batch,
+                                  bad_input(text_of(list->left_out) + ": --strict refuses that"));
+    std::vector<std::string> stale = batch::other_models(arguments.output_folder, list->scans);
+    std::erase_if(list->scans, [&](const batch::Scan &scan) { return !is_of_shard(scan, arguments.shard); });
+    const std::vector<batch::Scan> &scans = list->scans;
+    if (const auto refused = refuse_files(program, arguments, scans))
         return *refused;
+    if (!list->left_out.empty())
+        warn(program, arguments, Warning::left_out, arguments.batch + ": " + text_of(list->left_out));
+    if (!stale.empty())
+        warn(program, arguments, Warning::stale_model,
+             stale.front() + (stale.size() == 1 ? "" : " and " + std::to_string(stale.size() - 1) + " more") +
+                 ": no scan of this batch becomes this model");
     if (!arguments.plan.empty())
-        return plan_batch(program, arguments, *scans);
+        return plan_batch(program, arguments, batch::root_of(request_of(arguments)), scans);
     std::error_code error;
     std::filesystem::create_directories(arguments.output_folder, error);
     if (error)
@@ -293,11 +356,13 @@ int run_batch(std::string_view program, const Arguments &arguments) {
                            .timeout = arguments.timeout};
     request.builder.push_back("--max-memory=" + std::to_string(request.max_memory)); // also of each build
     request.builder.insert(request.builder.end(), arguments.forwarded.begin(), arguments.forwarded.end());
-    BatchReport report(program, arguments, *scans, command_line::report_stream(outputs_of(arguments)));
+    BatchReport report(program, arguments, scans, command_line::report_stream(outputs_of(arguments)));
     if (const Status writable = report.json_status(); !writable)
         return command_line::fail(program, arguments.json, writable.error());
-    batch::build_all(*scans, request, [&](const batch::Ending &ending) { report.add(ending); });
-    return report.finish();
+    batch::build_all(scans, request, [&](const batch::Ending &ending) { report.add(ending); });
+    report.add_rest(list->left_out, stale);
+    const int code = report.finish();
+    return code != 0 ? code : code_of(list->left_out, is_strict);
 }
 
 } // namespace pbm::build

@@ -10,6 +10,7 @@
 #include "pbm_build/pipeline.h"
 #include "pbm_scan/text/printable.h"
 #include "plan.h"
+#include "source_files.h"
 #include "source_record.h"
 #include "system/files/cache_folder.h"
 #include "system/files/file_replacement.h"
@@ -128,10 +129,10 @@ std::optional<int> refuse(const Arguments &arguments, std::span<const std::strin
         return refused;
     if (!arguments.depfile)
         return std::nullopt;
-    std::vector<std::string> names(files.begin(), files.end());
-    names.push_back(arguments.depfile_target);
-    for (const std::string &name : names)
-        if (const Status writable = check_depfile_name(name); !writable)
+    if (const Status writable = check_depfile_target(arguments.depfile_target); !writable)
+        return fail(arguments.depfile_target, writable.error());
+    for (const std::string &name : files)
+        if (const Status writable = check_depfile_name(name); !writable && !is_stream(name))
             return fail(name, writable.error());
     return std::nullopt;
 }
@@ -172,7 +173,7 @@ Result<Image> read_panorama_first(const Arguments &arguments, BuildStatistics &s
     });
 }
 
-Result<SourceRecord> record_of(const Arguments &arguments, std::span<const std::string> sources) {
+Result<SourceRecord> record_of(const Arguments &arguments, const SourceFiles &sources) {
     // Poses and viewpoints belong to inputs one by one; else no order of inputs changes the model.
     const bool in_order = arguments.build.poses.size() > 1 || arguments.build.viewpoints.size() > 1;
     return make_record(sources, arguments.request, in_order);
@@ -182,19 +183,31 @@ Result<SourceRecord> record_of(const Arguments &arguments, std::span<const std::
 bool keeps_record(const Arguments &arguments) { return arguments.if_changed || arguments.source_hash; }
 
 // Prints the key under which a cache of this program's, or a remote one, keeps the output. Returns the exit code.
-int print_action_key(const Arguments &arguments, std::span<const std::string> sources) {
+int print_action_key(const Arguments &arguments, const SourceFiles &sources) {
     const auto record = record_of(arguments, sources);
     if (!record)
-        return fail_input(sources, record.error());
+        return fail_input(sources.there, record.error());
     std::cout << cache_key(*record, keeps_record(arguments)) << '\n';
     return 0;
 }
 
+// Before the output, so that a build that is killed leaves no output without what it depends on. Returns the exit code.
+int write_depfile(const Arguments &arguments, const SourceFiles &sources) {
+    if (!arguments.depfile)
+        return 0;
+    std::vector<std::string> files = sources.there;
+    std::erase_if(files, is_stream);
+    // A missing file may appear with any time, and perhaps with other capital letters.
+    const Status written = command_line::write_text(
+        arguments.depfile_name, depfile_text(arguments.depfile_target, files, !sources.missing.empty()));
+    return written ? 0 : fail(command_line::output_name(arguments.depfile_name), written.error());
+}
+
 // Builds the part `output`, unless it is there. Returns the exit code.
-int build_part(const Arguments &arguments, std::span<const std::string> sources, BuildStatistics &statistics) {
+int build_part(const Arguments &arguments, const SourceFiles &sources, BuildStatistics &statistics) {
     const auto record = record_of(arguments, sources);
     if (!record)
-        return fail_input(sources, record.error());
+        return fail_input(sources.there, record.error());
     const PartName name{cache_key(*record, false), arguments.shard};
     const auto take = [&](const PartFigures &part) {
         statistics.points = part.points;
@@ -206,7 +219,7 @@ int build_part(const Arguments &arguments, std::span<const std::string> sources,
     if (const auto found = find_part(arguments.output, name)) {
         statistics.outcome = Outcome::up_to_date;
         take(*found);
-        return 0;
+        return write_depfile(arguments, sources);
     }
     command_line::ProgressDisplay display(arguments.verbosity, arguments.progress);
     const Progress progress = [&](std::string_view step, double done) { display.show(step, done); };
@@ -215,7 +228,11 @@ int build_part(const Arguments &arguments, std::span<const std::string> sources,
     display.clear();
     if (!part)
         return fail_input(arguments.inputs, part.error());
+    if (const Status unchanged = verify_unchanged(sources); !unchanged)
+        return fail_input(sources.there, unchanged.error());
     warn_of_dropped(statistics, arguments);
+    if (const int code = write_depfile(arguments, sources); code != 0)
+        return code;
     if (const Status written = write_part(arguments.output, name, *part); !written)
         return fail(arguments.output, written.error());
     take({part->parameters.grid, part->voxels.codes.size()});
@@ -246,20 +263,20 @@ Result<Model> merge(const Arguments &arguments, const std::string &key, std::spa
 }
 
 // Builds and writes, unless --if-changed finds that the output would be the same. Returns the exit code.
-int build(const Arguments &arguments, std::span<const std::string> sources, BuildStatistics &statistics) {
+int build(const Arguments &arguments, const SourceFiles &sources, BuildStatistics &statistics) {
     SourceRecord record;
     std::optional<EarlierOutput> earlier;
     if (keeps_record(arguments) || !arguments.cache.empty() || arguments.merged > 0) {
         auto made = record_of(arguments, sources);
         if (!made)
-            return fail_input(sources, made.error());
+            return fail_input(sources.there, made.error());
         record = std::move(*made);
     }
     if (arguments.if_changed)
         earlier = find_earlier_output(arguments.output);
     if (earlier && earlier->record == record) {
         take_figures(earlier->figures, Outcome::up_to_date, statistics);
-        return 0;
+        return write_depfile(arguments, sources);
     }
     std::optional<CacheFolder> cache;
     std::string cached;
@@ -269,6 +286,9 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
             return fail("--cache " + arguments.cache, opened.error());
         cache = std::move(*opened);
         cached = cache->file_of(cache_key(record, keeps_record(arguments)));
+        if (std::error_code none; std::filesystem::is_regular_file(cached, none))
+            if (const int code = write_depfile(arguments, sources); code != 0)
+                return code;
         // A report of the mesh is made by building.
         const auto copied =
             arguments.build.mesh.report ? Result(std::optional<ModelFigures>()) : copy_cached(cached, arguments.output);
@@ -293,6 +313,8 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
     display.clear();
     if (!model)
         return fail_input(arguments.inputs, model.error(), parts);
+    if (const Status unchanged = verify_unchanged(sources); !unchanged)
+        return fail_input(sources.there, unchanged.error());
     model->images.panorama = std::move(*panorama);
     warn_of_dropped(statistics, arguments);
     if (keeps_record(arguments)) {
@@ -301,6 +323,8 @@ int build(const Arguments &arguments, std::span<const std::string> sources, Buil
             return fail_input(arguments.inputs, metadata.error());
         model->metadata = std::move(*metadata);
     }
+    if (const int code = write_depfile(arguments, sources); code != 0)
+        return code;
     if (earlier && is_same(*earlier, *model)) {
         take_figures(earlier->figures, Outcome::unchanged, statistics);
         return 0;
@@ -334,11 +358,8 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
         arguments.depfile_name = arguments.output + ".d";
     if (arguments.depfile_target.empty())
         arguments.depfile_target = arguments.output;
-    const std::vector<std::string> sources = files_read(arguments.sources);
-    std::vector<std::string> files = sources;
-    if (!arguments.recipe.empty())
-        files.push_back(arguments.recipe);
-    if (const auto refused = refuse(arguments, files))
+    const SourceFiles sources = find_sources(arguments.sources, arguments.inputs, arguments.recipe);
+    if (const auto refused = refuse(arguments, sources.there))
         return *refused;
     if (arguments.action_key)
         return print_action_key(arguments, sources);
@@ -350,17 +371,10 @@ int run(Arguments &arguments, std::chrono::steady_clock::time_point start) {
     }
 
     if (!arguments.plan.empty())
-        return plan_parts(kProgram, arguments, files);
+        return plan_parts(kProgram, arguments);
     BuildStatistics statistics;
     if (const int code = (is_part ? build_part : build)(arguments, sources, statistics); code != 0)
         return code;
-    if (arguments.depfile) {
-        std::erase_if(files, is_stream);
-        const Status written =
-            command_line::write_text(arguments.depfile_name, depfile_text(arguments.depfile_target, files));
-        if (!written)
-            return fail(command_line::output_name(arguments.depfile_name), written.error());
-    }
     std::ostream *const stream = command_line::report_stream(outputs_of(arguments));
     statistics.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (arguments.verbosity >= command_line::Verbosity::normal && stream != nullptr)

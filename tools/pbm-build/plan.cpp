@@ -47,11 +47,16 @@ std::string ninja_value(const std::string &text) {
     return escaped;
 }
 
-// This program and the options that all its builds get.
-std::string command_of(const Arguments &arguments) {
+// This program.
+std::string self() {
     std::error_code error;
     const fs::path self = fs::read_symlink("/proc/self/exe", error);
-    std::string command = shell_word(error ? "pbm-build" : self.string());
+    return shell_word(error ? "pbm-build" : self.string());
+}
+
+// It and the options that all its builds get.
+std::string command_of(const Arguments &arguments) {
+    std::string command = self();
     for (const std::string &word : arguments.forwarded)
         if (word != "--if-changed=true")
             command += " " + shell_word(word);
@@ -96,14 +101,13 @@ int write_plan(std::string_view program, const Arguments &arguments, const std::
 bool is_ninja(const Arguments &arguments) { return lower_extension(arguments.plan) == ".ninja"; }
 
 // 0 unless the file cannot hold one of the names. `check`: of a name in a file of Ninja.
-int check_names(std::string_view program, const Arguments &arguments, std::vector<std::string> names,
+int check_names(std::string_view program, const Arguments &arguments, std::span<const std::string> names,
                 Status (*check)(const std::string &)) {
-    names.push_back(arguments.plan);
     for (const std::string &name : names) {
         Status writable;
         if (is_ninja(arguments))
             writable = check(name);
-        else if (name.find_first_of("\r\n") != std::string::npos) // would end a comment
+        else if (name.find_first_of("\r\n") != std::string::npos) // would end a comment, or a line of a list
             writable = usage("a name of several lines cannot stand in a script; rename the file or its folder");
         if (!writable)
             return command_line::fail(program, name, writable.error());
@@ -121,8 +125,11 @@ Status check_ninja_path(const std::string &name) {
     return {};
 }
 
-// A scan whose name cannot stand in a dependency file is looked at by every run, by its hash.
+// A file of the program's version, which changes when that does, makes models be built again: the time of the program
+// may be that of its package. A scan whose name cannot stand in a dependency file is looked at by every run, by its
+// hash.
 std::string ninja_batch(const Arguments &arguments, std::span<const batch::Scan> scans) {
+    const std::string version = ninja_value(self() + " --version"), stamp = ninja_path(arguments.plan + ".version");
     const std::string command =
         "  command = " + ninja_value(command_of(arguments)) + " --if-changed --warnings --threads=1";
     std::string text = ninja_head(arguments, counted(scans.size(), "scan") + " of pbm-build --batch") + "rule model\n" +
@@ -136,33 +143,50 @@ std::string ninja_batch(const Arguments &arguments, std::span<const batch::Scan>
                        command +
                        " --output $out -- $in\n"
                        "  description = $in\n"
+                       "  restat = 1\n"
+                       "rule version\n"
+                       "  command = " +
+                       version + " | cmp -s - $out || " + version +
+                       " >$out\n"
+                       "  description = the version of pbm-build\n"
                        "  restat = 1\n\nbuild " +
-                       kAlways + ": phony\n";
+                       kAlways + ": phony\nbuild " + stamp + ": version | " + kAlways + "\n";
     for (const batch::Scan &scan : scans) {
-        const bool has_depfile = check_depfile_name(scan.input) && check_depfile_name(scan.output);
+        const bool has_depfile = check_depfile_name(scan.input) && check_depfile_target(scan.output);
         text += "build " + ninja_path(scan.output) + (has_depfile ? ": model " : ": model_by_hash ") +
-                ninja_path(scan.input) + (has_depfile ? "" : std::string(" | ") + kAlways) + "\n";
+                ninja_path(scan.input) + " | " + stamp + (has_depfile ? "" : std::string(" ") + kAlways) + "\n";
     }
     return text;
 }
 
-std::string slurm_batch(const Arguments &arguments, std::span<const batch::Scan> scans) {
+// A line of a list of scans: one that begins with # would be left out, and so would the mark of UTF-8.
+std::string list_line(const std::string &scan) {
+    return scan.starts_with('#') || scan.starts_with('\xEF') ? "./" + scan : scan;
+}
+
+std::string slurm_batch(const Arguments &arguments, const std::string &root, std::span<const batch::Scan> scans) {
     const batch::MemoryEstimate estimate;
     std::uint64_t most = 0;
-    for (const batch::Scan &scan : scans)
+    std::string names;
+    for (const batch::Scan &scan : scans) {
         most = std::max(most, estimate.of(scan.input, scan.bytes));
+        names += "    " + shell_word(list_line(scan.input)) + "\n";
+    }
     const std::size_t tasks = std::min<std::size_t>(scans.size(), kMaxTasks);
     const std::string folder = fs::absolute(arguments.output_folder).lexically_normal().string();
     return slurm_head(counted(scans.size(), "scan") + " of pbm-build --batch", "sbatch " + shell_word(arguments.plan),
                       {last_task(tasks), slurm_memory(most), slurm_log(folder, "/slurm-%a.log")}) +
-           "exec " + command_of(arguments) + " --if-changed --batch " + shell_word(arguments.batch) + " --output-dir " +
+           "task=${SLURM_ARRAY_TASK_ID:?is set by sbatch}\ntasks=" + std::to_string(tasks) + "\nscans=(\n" + names +
+           ")\n"
+           "exec " +
+           command_of(arguments) + " --if-changed --batch -" +
+           (root.empty() ? "" : " --batch-root " + shell_word(root)) + " --output-dir " +
+           shell_word(arguments.output_folder) + (arguments.keep_extension ? " --keep-extension" : "") +
+           " --keep-going --warnings --allow stale-model \\\n"
+           "    --threads \"${SLURM_CPUS_PER_TASK:-1}\" --json=" +
            shell_word(arguments.output_folder) +
-           " --keep-going --warnings \\\n"
-           "    --shard \"$SLURM_ARRAY_TASK_ID/" +
-           std::to_string(tasks) +
-           "\" --threads \"${SLURM_CPUS_PER_TASK:-1}\" \\\n"
-           "    --json=" +
-           shell_word(arguments.output_folder) + "/\"shard-$SLURM_ARRAY_TASK_ID.jsonl\"\n";
+           "/\"shard-$task.jsonl\" \\\n"
+           "    < <(for ((i = task; i < ${#scans[@]}; i += tasks)); do printf '%s\\n' \"${scans[i]}\"; done)\n";
 }
 
 // The inputs as a shell reads them, each behind a space.
@@ -184,9 +208,9 @@ std::string ninja_part(const std::string &part, const std::string &needed, const
     return "build " + part + ": part" + needed + " | " + kAlways + "\n  shard = " + shard + "\n";
 }
 
-// Ninja judges by times, which damage need not change: each run lets every shard verify its part. A part that is kept
-// has its old time, so that the model is kept, too.
-std::string ninja_parts(const Arguments &arguments, std::span<const std::string> sources) {
+// Ninja judges by times, which damage need not change, and does not know what scans name: each run lets every shard
+// verify its part. A part that is kept has its old time, so that the model is kept, too.
+std::string ninja_parts(const Arguments &arguments) {
     const std::string count = std::to_string(arguments.shards), model = ninja_path(arguments.output);
     std::string text = ninja_head(arguments, arguments.output + " in " + counted(arguments.shards, "part")) +
                        "program = " + ninja_value(command_of_parts(arguments)) +
@@ -203,7 +227,7 @@ std::string ninja_parts(const Arguments &arguments, std::span<const std::string>
                        "  description = " +
                        ninja_value(arguments.output) + "\n\nbuild " + kAlways + ": phony\n";
     std::string needed, parts;
-    for (const std::string &source : sources)
+    for (const std::string &source : arguments.sources)
         needed += " " + ninja_path(source);
     for (std::uint64_t i = 0; i < arguments.shards; ++i) {
         const std::string part = ninja_path(part_file_name(arguments.output, {i, arguments.shards}));
@@ -250,29 +274,30 @@ std::string slurm_parts(const Arguments &arguments) {
 
 } // namespace
 
-int plan_batch(std::string_view program, const Arguments &arguments, std::span<const batch::Scan> scans) {
+int plan_batch(std::string_view program, const Arguments &arguments, const std::string &root,
+               std::span<const batch::Scan> scans) {
     if (scans.empty() || is_stream(arguments.batch) || arguments.shard.count != 1)
         return command_line::fail_usage(program, "a plan is of a whole list or folder, not of a stream or a shard");
-    std::vector<std::string> names;
+    std::vector<std::string> names{arguments.plan};
     for (const batch::Scan &scan : scans) {
         names.push_back(scan.input);
         names.push_back(scan.output);
     }
-    if (const int code = check_names(program, arguments, std::move(names), check_ninja_path); code != 0)
+    if (const int code = check_names(program, arguments, names, check_ninja_path); code != 0)
         return code;
     std::error_code error;
     fs::create_directories(arguments.output_folder, error); // where Slurm writes logs
     return write_plan(program, arguments,
-                      is_ninja(arguments) ? ninja_batch(arguments, scans) : slurm_batch(arguments, scans));
+                      is_ninja(arguments) ? ninja_batch(arguments, scans) : slurm_batch(arguments, root, scans));
 }
 
-int plan_parts(std::string_view program, const Arguments &arguments, std::span<const std::string> sources) {
-    std::vector<std::string> names(sources.begin(), sources.end());
-    names.push_back(arguments.output);
-    if (const int code = check_names(program, arguments, std::move(names), check_depfile_name); code != 0)
+int plan_parts(std::string_view program, const Arguments &arguments) {
+    if (const int code = check_names(program, arguments, arguments.sources, check_depfile_name); code != 0)
         return code;
-    return write_plan(program, arguments,
-                      is_ninja(arguments) ? ninja_parts(arguments, sources) : slurm_parts(arguments));
+    const std::vector<std::string> outputs{arguments.plan, arguments.output};
+    if (const int code = check_names(program, arguments, outputs, check_depfile_target); code != 0)
+        return code;
+    return write_plan(program, arguments, is_ninja(arguments) ? ninja_parts(arguments) : slurm_parts(arguments));
 }
 
 } // namespace pbm::build

@@ -15,13 +15,16 @@ namespace pbm::build {
 // cannot be written.
 
 // Of a batch.
-//   .ninja  a target for each scan, with what it reads as dependencies
-//   .slurm  a job array whose tasks build a shard each; at most kMaxTasks
-int plan_batch(std::string_view program, const Arguments &arguments, std::span<const batch::Scan> scans);
+//   .ninja  a target for each scan, with what it reads as dependencies, and with the version of this program
+//   .slurm  a job array whose tasks build every nth scan each; at most kMaxTasks. The script holds the names of all
+//           scans: what comes into the folder later is in no task, and what leaves it fails
+// `root`: batch::root_of the scans.
+int plan_batch(std::string_view program, const Arguments &arguments, const std::string &root,
+               std::span<const batch::Scan> scans);
 
-// Of one model in --shards parts. `sources`: all files that are read.
+// Of one model in --shards parts.
 //   .ninja  a target for each part, which every run verifies, and the model
 //   .slurm  a job array of the parts, and a job that joins them if all of them succeeded
-int plan_parts(std::string_view program, const Arguments &arguments, std::span<const std::string> sources);
+int plan_parts(std::string_view program, const Arguments &arguments);
 
 } // namespace pbm::build

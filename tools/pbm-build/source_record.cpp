@@ -1,6 +1,5 @@
 #include "source_record.h"
 
-#include "pbm_build/preparing/poses.h"
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/container/layout.h"
 #include "pbm_format/levels/chunk_split.h"
@@ -8,7 +7,6 @@
 #include "pbm_format/reading/reader.h"
 #include "pbm_format/writing/frame_encoder.h"
 #include "pbm_scan/surface/refusal.h"
-#include "pbm_scan/surface_reader.h"
 #include "system/files/cache_folder.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"
@@ -17,22 +15,26 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <map>
 #include <system_error>
 
 namespace pbm::build {
 namespace {
 
-constexpr const char *kSourceHash = "source_hash", *kRequestHash = "request_hash";
+constexpr const char *kSourceHash = "source_hash", *kRequestHash = "request_hash", *kSourceFiles = "source_files";
+
+using Digest = std::array<std::uint8_t, 16>;
 
 // The most significant byte first.
-std::array<std::uint8_t, 16> canonical(const Hash128 &hash) {
-    std::array<std::uint8_t, 16> bytes{};
+Digest canonical(const Hash128 &hash) {
+    Digest bytes{};
     for (std::size_t i = 0; i < bytes.size(); ++i)
         bytes[i] = static_cast<std::uint8_t>(hash[i < 8 ? 1 : 0] >> (56 - 8 * (i % 8)));
     return bytes;
 }
 
-std::string hex(const std::array<std::uint8_t, 16> &bytes) {
+std::string hex(const Digest &bytes) {
     constexpr std::string_view kDigits = "0123456789abcdef";
     std::string text;
     for (const std::uint8_t byte : bytes)
@@ -40,11 +42,55 @@ std::string hex(const std::array<std::uint8_t, 16> &bytes) {
     return text;
 }
 
-std::array<std::uint8_t, 16> hash_of(ByteView bytes) {
+Digest hash_of(ByteView bytes) {
     StreamingHash hash;
     hash.add(bytes);
     return canonical(hash.finish());
 }
+
+Digest hash_of(std::span<const Digest> digests) {
+    StreamingHash hash;
+    for (const Digest &digest : digests)
+        hash.add(digest);
+    return canonical(hash.finish());
+}
+
+// Hashes of contents, each file read once.
+class FileHashes {
+  public:
+    // Of a file and all that it names.
+    Result<Digest> of(const GivenFile &given) {
+        auto own = content_of(given.file);
+        if (!own || given.named.empty())
+            return own;
+        std::vector<Digest> parts{*own};
+        for (const NamedFile &named : given.named) {
+            parts.push_back(hash_of(as_bytes(named.name)));
+            if (named.file.empty()) { // no hash of a content is likely to be this
+                parts.push_back({});
+                continue;
+            }
+            const auto content = content_of(named.file);
+            if (!content)
+                return content;
+            parts.push_back(*content);
+        }
+        return hash_of(parts);
+    }
+
+  private:
+    Result<Digest> content_of(const std::string &path) {
+        const auto found = known_.find(path);
+        if (found != known_.end())
+            return found->second;
+        const Result<MappedFile> file = MappedFile::open(path);
+        if (!file)
+            return Error{file.error().code, 0, path + ": " + file.error().message};
+        return known_[path] = hash_of(file->bytes());
+    }
+
+    std::map<std::string, Digest> known_;
+};
 
 std::string text_of(const nlohmann::ordered_json &metadata, const char *key) {
     const auto found = metadata.find(key);
@@ -54,6 +100,7 @@ std::string text_of(const nlohmann::ordered_json &metadata, const char *key) {
 std::string without_record(nlohmann::ordered_json metadata) {
     metadata.erase(kSourceHash);
     metadata.erase(kRequestHash);
+    metadata.erase(kSourceFiles);
     return metadata.dump();
 }
 
@@ -73,47 +120,30 @@ ModelFigures figures_of(const Reader &reader) {
 
 } // namespace
 
-std::vector<std::string> files_read(std::span<const std::string> given) {
-    std::vector<std::string> files;
-    const auto add = [&](const std::string &file) {
-        if (std::find(files.begin(), files.end(), file) == files.end())
-            files.push_back(file);
-    };
-    for (const std::string &file : given) {
-        add(file);
-        std::vector<std::string> scans = scans_of_alignment(file);
-        if (scans.empty())
-            scans.push_back(file);
-        for (const std::string &scan : scans) {
-            add(scan);
-            for (const std::string &further : further_files(scan))
-                add(further);
-        }
+Result<SourceRecord> make_record(const SourceFiles &sources, const std::string &request, bool in_order) {
+    FileHashes hashes;
+    std::vector<Digest> all, inputs; // those whose order is free
+    std::uint64_t files = 0;
+    for (const GivenFile &given : sources.given) {
+        auto hash = hashes.of(given);
+        if (!hash)
+            return hash.error();
+        (given.is_input && !in_order ? inputs : all).push_back(*hash);
+        files += 1 + given.named.size();
     }
-    return files;
-}
-
-Result<SourceRecord> make_record(std::span<const std::string> files, const std::string &request, bool in_order) {
-    std::vector<std::array<std::uint8_t, 16>> hashes;
-    for (const std::string &path : files) {
-        const Result<MappedFile> file = MappedFile::open(path);
-        if (!file)
-            return Error{file.error().code, 0, path + ": " + file.error().message};
-        hashes.push_back(hash_of(file->bytes()));
-    }
-    if (!in_order)
-        std::sort(hashes.begin(), hashes.end());
-    StreamingHash all;
-    for (const auto &hash : hashes)
-        all.add(hash);
-    return SourceRecord{.source_hash = hex(hashes.size() == 1 ? hashes.front() : canonical(all.finish())),
-                        .request_hash = hex(hash_of(as_bytes(request)))};
+    std::sort(inputs.begin(), inputs.end());
+    std::move(inputs.begin(), inputs.end(), std::back_inserter(all));
+    return SourceRecord{.source_hash = hex(all.size() == 1 ? all.front() : hash_of(all)),
+                        .request_hash = hex(hash_of(as_bytes(request))),
+                        .files = files};
 }
 
 Result<std::string> with_record(const std::string &metadata, const SourceRecord &record) {
     nlohmann::ordered_json json = nlohmann::ordered_json::parse(metadata);
     json[kSourceHash] = record.source_hash;
     json[kRequestHash] = record.request_hash;
+    if (record.files > 1)
+        json[kSourceFiles] = record.files;
     std::string text = json.dump();
     if (text.size() > kMaxMetadataBytes)
         return usage("--name, --licence and --credit are too long: metadata is at most 4,096 bytes");
@@ -130,7 +160,12 @@ std::optional<EarlierOutput> find_earlier_output(const std::string &path) {
     auto metadata = nlohmann::ordered_json::parse(reader->metadata(), nullptr, false);
     if (!metadata.is_object() || text_of(metadata, "generator") != "pbm-build " PBM_VERSION)
         return std::nullopt;
-    EarlierOutput earlier{.record = {text_of(metadata, kSourceHash), text_of(metadata, kRequestHash)},
+    const auto files = metadata.find(kSourceFiles);
+    EarlierOutput earlier{.record = {.source_hash = text_of(metadata, kSourceHash),
+                                     .request_hash = text_of(metadata, kRequestHash),
+                                     .files = files != metadata.end() && files->is_number_unsigned()
+                                                  ? files->get<std::uint64_t>()
+                                                  : std::uint64_t{1}},
                           .metadata = {},
                           .content_id = reader->header().content_id,
                           .fields_id = {},

@@ -4,6 +4,7 @@
 #include "pbm_format/container/content_id.h"
 #include "pbm_format/hashes/hash.h"
 #include "pbm_format/model/model.h"
+#include "source_files.h"
 
 #include <optional>
 #include <span>
@@ -14,20 +15,19 @@ namespace pbm::build {
 
 // Each XXH3-128 as 32 hexadecimal digits, as `xxh128sum` prints it.
 struct SourceRecord {
-    std::string source_hash;  // of the one file's bytes; of several files: of their hashes
+    std::string source_hash;  // of the one file's bytes; of several files: of what each is to the scan, and its hash
     std::string request_hash; // of all options that affect the result
+    std::uint64_t files = 1;  // that decide the model, there or not
     bool operator==(const SourceRecord &) const = default;
 };
 
-// `given` and the further files that reading them opens, without duplicates.
-std::vector<std::string> files_read(std::span<const std::string> given);
-
-// Hashes all of `files`; with `in_order` another order of them gives another record.
+// Hashes all files: each name by which a scan looks for a file, with the content of the file or that there is none, in
+// the order of reading. With `in_order` another order of inputs gives another record.
 //
 // errors  io  the system's own text; the message names the file
-Result<SourceRecord> make_record(std::span<const std::string> files, const std::string &request, bool in_order);
+Result<SourceRecord> make_record(const SourceFiles &sources, const std::string &request, bool in_order);
 
-// Metadata with the record as "source_hash" and "request_hash".
+// Metadata with the record as "source_hash", "request_hash" and, if there are several, the number "source_files".
 //
 // errors  usage  longer than 4 KB
 Result<std::string> with_record(const std::string &metadata, const SourceRecord &record);

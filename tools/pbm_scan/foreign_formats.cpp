@@ -42,6 +42,12 @@ constexpr auto kForeign = std::to_array<ForeignFormat>({
     {"", ".pbvg", "named like a PBM model but has not its magic number; it is damaged"},
     {"", ".bvg", "a Binary Vertex Group of Easy3D, Mapple or PolyFit, or a damaged PBM model; export it there as PLY"},
     {"", ".3ds", "3DS; convert it to PLY"},
+    {"", ".usd", "USD; convert it to PLY"},
+    {"", ".usda", "USD; convert it to PLY"},
+    {"", ".usdc", "USD; convert it to PLY"},
+    {"", ".usdz", "USD; convert it to PLY"},
+    {"", ".blend", "a scene of Blender; export it there as PLY"},
+    {"", ".x3d", "X3D; convert it to PLY"},
 });
 
 } // namespace

@@ -101,7 +101,7 @@ Result<Surface> read_surface(const std::string &path, const ReadOptions &options
     return surface;
 }
 
-std::vector<std::string> further_files(const std::string &path) {
+std::vector<NamedFile> further_files(const std::string &path) {
     if (is_stream(path))
         return {};
     const Result<Contents> file = open(path);
@@ -109,7 +109,7 @@ std::vector<std::string> further_files(const std::string &path) {
     if (!text || text->bytes.empty())
         return {};
     const ScanFormat *const format = format_of(text->bytes, lower_extension(uncompressed_name(path)));
-    return format == nullptr || format->further_files == nullptr ? std::vector<std::string>()
+    return format == nullptr || format->further_files == nullptr ? std::vector<NamedFile>()
                                                                  : format->further_files({text->bytes, path});
 }
 

@@ -32,7 +32,7 @@ Result<Surface> read_surface(std::span<const std::uint8_t> bytes, std::string_vi
 // Finds a value for ReadOptions::format by the name of a format, like "ply" (formats.cpp). Null: no such name.
 const ScanFormat *find_format(std::string_view name);
 
-// Further files that reading `path` opens: those that the scan names and that exist.
-std::vector<std::string> further_files(const std::string &path);
+// Further files that reading `path` looks for, in its order: those that the scan names, there or not.
+std::vector<NamedFile> further_files(const std::string &path);
 
 } // namespace pbm::build

@@ -2,7 +2,9 @@
 
 #include "command_line/parse.h"
 #include "pbm_format/container/layout.h"
+#include "pbm_format/reading/reader.h"
 #include "system/files/file_names.h"
+#include "system/files/mapped_file.h"
 #include "system/processes/child_program.h"
 #include "viewer/opening/model_cache.h"
 
@@ -32,15 +34,17 @@ Result<std::string> find_builder(const std::string &named) {
                  "a scan is shown as the model that pbm-build makes of it, and pbm-build is not installed"};
 }
 
-// Whether the model may depend on files that only pbm-build knows: those that a scan or a recipe names.
-bool names_further_files(const std::string &scan, const ScanOptions &options) {
-    const std::string extension = lower_extension(uncompressed_name(scan));
-    if (extension == ".obj" || extension == ".gltf" || !options.recipe.empty())
-        return true;
-    constexpr std::size_t kHead = 4096; // of a PLY, which names its images there
-    std::string head(kHead, '\0');
-    std::ifstream(scan, std::ios::binary).read(head.data(), kHead);
-    return head.starts_with("ply") && head.find("TextureFile") != std::string::npos;
+// Whether the scan alone decides the model, as its record says: not files that the scan or a recipe names.
+bool is_of_scan_alone(const std::string &model) {
+    const auto file = MappedFile::open(model);
+    if (!file)
+        return false;
+    const auto reader = Reader::open(file->bytes());
+    if (!reader)
+        return false;
+    const std::string_view metadata = reader->metadata();
+    return metadata.find("\"source_hash\":") != std::string_view::npos &&
+           metadata.find("\"source_files\":") == std::string_view::npos;
 }
 
 ErrorCode code_of(int exit_code) {
@@ -68,11 +72,8 @@ Error build_error(const ProgramEnd &end, const std::string &scan) {
 
 Status build(const std::string &builder, const std::string &scan, const std::string &output,
              const Preparation &preparation) {
-    std::vector<std::string> command{builder, "--quiet", "--progress",
+    std::vector<std::string> command{builder, "--quiet", "--progress", "--if-changed",
                                      "--threads=" + std::to_string(preparation.threads), "--output=" + output};
-    // Such files may have changed alone. Otherwise no hash is needed: the cache knows size and time.
-    if (names_further_files(scan, preparation.scans))
-        command.emplace_back("--if-changed");
     if (!preparation.scans.recipe.empty())
         command.emplace_back("--recipe=" + preparation.scans.recipe);
     if (!preparation.scans.field.empty())
@@ -163,7 +164,8 @@ Result<PreparedModel> prepare_model(const std::string &path, const Preparation &
     auto file = cache->file_for(sources, preparation.scans.field);
     if (!file)
         return file.error();
-    if (const bool cached = ModelCache::use(*file); !cached || names_further_files(path, preparation.scans)) {
+    // The cache knows size and time of the scan; what it names may have changed alone.
+    if (!ModelCache::use(*file) || !is_of_scan_alone(*file)) {
         if (const Status built = build(*builder, path, *file, preparation); !built)
             return built.error();
         ModelCache::use(*file);

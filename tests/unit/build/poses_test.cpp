@@ -67,7 +67,11 @@ TEST_F(Poses, AlignmentFilesNameScans) {
     EXPECT_TRUE((*scans)[1].file.ends_with("/Back.PLY"));
     EXPECT_LT(glm::length(moved(*(*scans)[1].pose, {1, 0, 0}) - glm::dvec3(1, 2, 4)), 1e-12);
     EXPECT_FALSE((*scans)[2].pose);
-    EXPECT_EQ(scans_of_alignment(conf).size(), 2U);
+    const auto named = scans_of_alignment(conf);
+    ASSERT_EQ(named.size(), 3U);
+    EXPECT_EQ(named[0].name, "scanner_cybcyl");
+    EXPECT_EQ(named[0].file, "");
+    EXPECT_TRUE(named[2].file.ends_with("/Back.PLY") && named[2].place.ends_with("/back.ply"));
     EXPECT_TRUE(scans_of_alignment(write("x.ply", "ply\n")).empty());
 }
 

@@ -273,7 +273,11 @@ TEST(Gltf, FilesBesideIt) {
     std::ofstream(folder / "my data.bin") << glb.binary();
     const std::string path = (folder / "scan.gltf").string();
     std::ofstream(path) << glb.doc.dump();
-    EXPECT_EQ(further_files(path), std::vector{(folder / "my data.bin").string()});
+    const std::vector<NamedFile> named = further_files(path);
+    ASSERT_EQ(named.size(), 1U);
+    EXPECT_EQ(named[0].name, "my%20data.bin");
+    EXPECT_EQ(named[0].file, (folder / "my data.bin").string());
+    EXPECT_EQ(named[0].place, named[0].file);
     Result<Surface> s = read_surface(path, {});
     ASSERT_TRUE(s.ok()) << s.error().message;
     EXPECT_EQ(s->triangles.size(), 1U);

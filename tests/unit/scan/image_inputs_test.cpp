@@ -38,8 +38,9 @@ class ImageInputs : public testing::Test {
     }
     std::vector<std::string> further(const std::string &name) const {
         std::vector<std::string> names;
-        for (const std::string &file : further_files((folder_ / name).string()))
-            names.push_back(std::filesystem::path(file).filename());
+        for (const NamedFile &named : further_files((folder_ / name).string()))
+            names.push_back(named.file.empty() ? "no " + named.name
+                                               : std::filesystem::path(named.file).filename().string());
         return names;
     }
     std::string path(const std::string &name) const { return (folder_ / name).string(); }

@@ -90,7 +90,9 @@ std::optional<int> take_warnings(std::string_view program, Arguments &arguments)
 
 // False for options of destination, speed and output, which do not affect the result.
 bool changes_result(const command_line::GivenValue &option) {
-    constexpr std::array<std::string_view, 35> kHarmless{{"--temp-dir",
+    constexpr std::array<std::string_view, 37> kHarmless{{"--temp-dir",
+                                                          "--batch-root",
+                                                          "--keep-extension",
                                                           "--page",
                                                           "--page-view",
                                                           "--action-key",
@@ -155,6 +157,8 @@ void collect_forwarded(const CommandLine &line, Arguments &arguments) {
 std::optional<int> take_batch(const CommandLine &line, Arguments &arguments) {
     if (arguments.output_folder.empty())
         return command_line::fail_usage(line.program, "--batch needs a folder for what it builds: --output-dir DIR");
+    if (std::error_code none; !arguments.batch_root.empty() && std::filesystem::is_directory(arguments.batch, none))
+        return command_line::fail_usage(line.program, "--batch-root is for a list: a folder is its own root");
     if (!arguments.inputs.empty() || !arguments.output.empty())
         return command_line::fail_usage(line.program, "--batch takes its scans from a list or a folder, and names its "
                                                       "models itself: leave INPUT and --output out, of a recipe too");
@@ -404,17 +408,17 @@ void add_build_system_options(CommandLine &line, Arguments &arguments) {
 
 void add_batch_options(CommandLine &line, Arguments &arguments) {
     line.topic = "Many scans";
-    line.add("--batch",
-             "Build each scan of a folder, or of a list with a path a line, to a file of its own; a bad one costs only "
-             "itself",
+    line.add("--batch", "Build each scan of a folder, or of a list with a path a line, to a file of its own",
              &arguments.batch, {.type = "LIST|DIR", .is_setting = false, .excludes = {"--action-key"}});
     line.add("--output-dir", "Folder for the models of --batch", &arguments.output_folder,
              {.type = "DIR", .is_setting = false, .needs = "--batch"});
+    line.add("--batch-root", "Models of a list lie as their scans do in DIR", &arguments.batch_root,
+             {.type = "DIR", .is_setting = false, .needs = "--batch"});
+    line.add("--keep-extension", "Name models lion.ply.pbvg, not lion.pbvg", &arguments.keep_extension,
+             {.is_setting = false, .needs = "--batch"});
     line.add("--keep-going", "Build the other scans of --batch after a failure", &arguments.keep_going,
              {.is_setting = false, .needs = "--batch"});
-    line.add("--shard",
-             "One of N machines (I of 0..N-1): every Nth scan of --batch from number I on, or part I of one model, "
-             "beside its output",
+    line.add("--shard", "One of N machines (I of 0..N-1): its share of --batch by names, or part I of one model",
              command_line::stored(parse_shard, arguments.shard),
              {.type = "I/N",
               .check = command_line::readable(parse_shard),
@@ -425,9 +429,7 @@ void add_batch_options(CommandLine &line, Arguments &arguments) {
              {.check = command_line::Integers{2, kMaxTasks},
               .is_setting = false,
               .excludes = {"--shard", "--batch", "--action-key"}});
-    line.add("--plan",
-             "Write what --batch, or --shards for one model, would do as a Ninja file or a Slurm script, and build "
-             "nothing",
+    line.add("--plan", "Write what --batch, or --shards for one model, would do for Ninja or Slurm, and build nothing",
              &arguments.plan,
              {.type = "FILE.ninja|FILE.slurm",
               .check =

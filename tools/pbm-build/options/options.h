@@ -40,10 +40,12 @@ struct Arguments {
     std::string request;                // all options that affect the result, in one spelling
     std::string batch;                  // list or folder of scans that are built each on its own, empty for none
     std::string output_folder;          // of a batch
+    std::string batch_root;             // of a list, as whose scans the models lie; empty: the list's folder
+    bool keep_extension = false;        // models of a batch are named after whole names of scans
     std::uint64_t max_memory = 0;       // bytes; 0: not given
     bool keep_going = false;            // of a batch, after a failure
     double timeout = 0;                 // of a batch: seconds that one build may take; 0: no limit
-    PartNumber shard;                   // every count-th scan of a batch from number index on, or a part of one scan
+    PartNumber shard;                   // of the scans of a batch, by a hash of their names, or a part of one scan
     std::uint64_t shards = 0;           // parts that a plan has; 0: not given
     std::uint64_t merged = 0;           // parts that become the model; 0: it is built from the inputs
     std::string plan;                   // file to write instead of building anything, empty for none

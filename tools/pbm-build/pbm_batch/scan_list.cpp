@@ -1,6 +1,7 @@
 #include "pbm_batch/scan_list.h"
 
 #include "command_line/scan_extensions.h"
+#include "pbm_scan/foreign_formats.h"
 #include "system/files/descriptor.h"
 #include "system/files/file_names.h"
 #include "system/files/mapped_file.h"
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <sstream>
 #include <system_error>
 #include <unordered_map>
@@ -25,23 +27,81 @@ bool is_named_like_scan(const fs::path &file) {
     return std::find(known.begin(), known.end(), extension) != known.end();
 }
 
-// By name, so that the order does not depend on the file system.
-Result<std::vector<fs::path>> scans_below(const fs::path &folder) {
-    std::vector<fs::path> files;
-    std::error_code error;
-    fs::recursive_directory_iterator each(folder, error), end;
-    for (; !error && each != end; each.increment(error)) {
-        const bool is_hidden = each->path().filename().string().starts_with('.');
-        if (is_hidden && each->is_directory(error))
-            each.disable_recursion_pending();
-        else if (!is_hidden && each->is_regular_file(error) && is_named_like_scan(each->path()))
-            files.push_back(each->path());
-    }
-    if (error)
-        return io_error("cannot read the folder", error.value());
-    std::sort(files.begin(), files.end());
-    return files;
+// "FBX" of a file that is named like a scan of a kind that is not read; empty: of another file.
+std::string foreign_kind(const fs::path &file) {
+    std::string extension = lower_extension(uncompressed_name(file.string()));
+    if (extension == ".pbvg" || extension == ".bvg" || extension == ".pbm" || !build::foreign_by_name(extension))
+        return {};
+    for (char &c : extension)
+        c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+    return extension.substr(1);
 }
+
+// The kind of an entry of a folder that is neither a folder nor a scan; empty: one that needs no word.
+std::string kind_left_out(const fs::path &file, fs::file_type type) {
+    if (type == fs::file_type::regular)
+        return foreign_kind(file);
+    if (!is_named_like_scan(file))
+        return {};
+    return type == fs::file_type::fifo ? "pipe" : type == fs::file_type::socket ? "socket" : "device";
+}
+
+// Finds the scans of a folder and below.
+class FolderWalk {
+  public:
+    explicit FolderWalk(bool keep_going) : keep_going_(keep_going) {}
+
+    // By name, so that the order does not depend on the file system.
+    Result<std::vector<fs::path>> scans_below(const fs::path &root) {
+        folders_.push_back(root);
+        while (!folders_.empty()) {
+            const fs::path folder = std::move(folders_.back());
+            folders_.pop_back();
+            std::error_code error;
+            for (fs::directory_iterator each(folder, error), end; !error && each != end; each.increment(error))
+                if (!each->path().filename().string().starts_with('.'))
+                    take(*each);
+            if (error && (!keep_going_ || folder == root))
+                return io_error((folder == root ? "" : folder.string() + ": ") + "cannot read the folder",
+                                error.value());
+            if (error)
+                left_out_.push_back({folder.string(), "folder that cannot be read", true});
+        }
+        std::sort(scans_.begin(), scans_.end());
+        std::sort(left_out_.begin(), left_out_.end(),
+                  [](const LeftOut &a, const LeftOut &b) { return a.path < b.path; });
+        return std::move(scans_);
+    }
+
+    std::vector<LeftOut> left_out() && { return std::move(left_out_); }
+
+  private:
+    void take(const fs::directory_entry &entry) {
+        std::error_code missing;
+        const bool is_link = entry.is_symlink(missing);
+        const fs::file_type type = entry.status(missing).type();
+        if (type == fs::file_type::directory) {
+            if (is_link)
+                left_out_.push_back({entry.path().string(), "linked folder"});
+            else
+                folders_.push_back(entry.path());
+            return;
+        }
+        // A link to nowhere fails when it is built, and so does what may not be examined.
+        const bool is_there =
+            type != fs::file_type::not_found && type != fs::file_type::none && type != fs::file_type::unknown;
+        if (is_named_like_scan(entry.path()) && (type == fs::file_type::regular || !is_there))
+            scans_.push_back(entry.path());
+        else if (std::string kind = is_there ? kind_left_out(entry.path(), type) : foreign_kind(entry.path());
+                 !kind.empty())
+            left_out_.push_back({entry.path().string(), std::move(kind)});
+    }
+
+    bool keep_going_;
+    std::vector<fs::path> folders_; // that are still to be read
+    std::vector<fs::path> scans_;
+    std::vector<LeftOut> left_out_;
+};
 
 Result<std::vector<fs::path>> scans_of_list(const std::string &list, const fs::path &folder) {
     constexpr std::uint64_t kMaxBytes = std::uint64_t{256} << 20;
@@ -93,50 +153,88 @@ fs::path common_folder(const fs::path &a, const fs::path &b) {
 }
 
 // What to do about two scans that become one model: those from elsewhere than below `root` got their names only.
-std::string advice(const std::string &a, const std::string &b, const fs::path &root, bool is_stream) {
-    const auto is_elsewhere = [&](const fs::path &file) {
-        const fs::path place = file.lexically_normal().lexically_relative(root);
+std::string advice(const Scan &a, const Scan &b, const fs::path &root) {
+    const auto is_elsewhere = [&](const Scan &scan) {
+        const fs::path place = fs::path(scan.input).lexically_normal().lexically_relative(root);
         return place.empty() || *place.begin() == "..";
     };
+    if (a.name != b.name)
+        return "--keep-extension names models after the whole names of scans";
     if (!is_elsewhere(a) && !is_elsewhere(b))
         return "rename one of them, or build it by a list of its own";
-    return (is_stream ? "run this in " : "move the list to ") + common_folder(a, b).string() +
-           ", below which both lie: their models then lie as they do";
+    return "with --batch-root=" + common_folder(a.input, b.input).string() +
+           ", below which both lie, models lie as they do";
 }
 
-} // namespace
+std::string kinds_of(std::span<const LeftOut> left_out) {
+    std::map<std::string, std::size_t> counts;
+    for (const LeftOut &each : left_out)
+        ++counts[each.kind];
+    std::string text;
+    for (const auto &[kind, count] : counts)
+        text += (text.empty() ? "" : ", ") + kind + " (" + std::to_string(count) + ")";
+    return text;
+}
 
-Result<std::vector<Scan>> read_scan_list(const std::string &list_or_folder, const std::string &output_folder) {
+std::string root_of(const ScanRequest &request) {
     std::error_code ignored;
-    const bool is_folder = fs::is_directory(list_or_folder, ignored);
-    const fs::path root = is_folder                   ? fs::path(list_or_folder).lexically_normal()
-                          : is_stream(list_or_folder) ? fs::path()
-                                                      : fs::path(list_or_folder).parent_path().lexically_normal();
-    const auto files = is_folder ? scans_below(root) : scans_of_list(list_or_folder, root);
+    const fs::path given(request.list_or_folder);
+    const fs::path root = !request.root.empty()               ? fs::path(request.root)
+                          : fs::is_directory(given, ignored)  ? given
+                          : is_stream(request.list_or_folder) ? fs::path()
+                                                              : given.parent_path();
+    return root.lexically_normal().string();
+}
+
+Result<ScanList> read_scan_list(const ScanRequest &request) {
+    std::error_code ignored;
+    const bool is_folder = fs::is_directory(request.list_or_folder, ignored);
+    const fs::path given = fs::path(request.list_or_folder).lexically_normal(), root(root_of(request));
+    FolderWalk walk(request.keep_going);
+    const auto files = is_folder ? walk.scans_below(given)
+                                 : scans_of_list(request.list_or_folder,
+                                                 is_stream(request.list_or_folder) ? fs::path() : given.parent_path());
     if (!files)
         return files.error();
+    ScanList list{.scans = {}, .left_out = std::move(walk).left_out()};
     if (files->empty())
-        return usage(is_folder ? "no file in this folder is named like a scan; --batch takes a list of files, too"
-                               : "the list names no scan");
-    std::vector<Scan> scans;
-    std::map<fs::path, int> uses;
+        return usage(!is_folder               ? "the list names no scan"
+                     : !list.left_out.empty() ? "no scan in this folder; left out: " + kinds_of(list.left_out)
+                                              : "no file in this folder is named like a scan; --batch takes a list "
+                                                "of files, too");
+    std::unordered_map<std::string, std::size_t> known; // numbers of scans by outputs
     for (const fs::path &file : *files) {
         const fs::path place = place_of(file, root);
-        ++uses[fs::path(uncompressed_name(place.string())).replace_extension()];
+        const std::string stem =
+            (request.keep_extension ? place : fs::path(uncompressed_name(place.string())).replace_extension()).string();
         std::error_code missing;
         const std::uintmax_t bytes = fs::file_size(file, missing);
-        scans.push_back({.name = place.string(), .input = file.string(), .output = {}, .bytes = missing ? 0 : bytes});
+        Scan scan{.name = place.string(),
+                  .input = file.string(),
+                  .output = (fs::path(request.output_folder) / stem).string() + ".pbvg",
+                  .bytes = missing ? 0 : bytes};
+        const auto [other, is_new] = known.emplace(scan.output, list.scans.size());
+        if (!is_new) {
+            const Scan &first = list.scans[other->second];
+            return usage(scan.input + " and " + first.input + " would both become " + scan.output + "; " +
+                         advice(scan, first, root));
+        }
+        list.scans.push_back(std::move(scan));
     }
-    std::map<std::string, std::string> input_of;
-    for (Scan &scan : scans) {
-        const fs::path stem = fs::path(uncompressed_name(scan.name)).replace_extension();
-        scan.output = (fs::path(output_folder) / (uses[stem] == 1 ? stem.string() : scan.name)).string() + ".pbvg";
-        const auto [other, is_new] = input_of.emplace(scan.output, scan.input);
-        if (!is_new)
-            return usage(scan.input + " and " + other->second + " would both become " + scan.output + "; " +
-                         advice(scan.input, other->second, root, is_stream(list_or_folder)));
-    }
-    return scans;
+    return list;
+}
+
+std::vector<std::string> other_models(const std::string &output_folder, std::span<const Scan> scans) {
+    std::set<std::string> made;
+    for (const Scan &scan : scans)
+        made.insert(scan.output);
+    std::vector<std::string> others;
+    std::error_code error; // what cannot be read is not known
+    for (fs::recursive_directory_iterator each(output_folder, error), end; !error && each != end; each.increment(error))
+        if (lower_extension(each->path().string()) == ".pbvg" && !made.contains(each->path().string()))
+            others.push_back(each->path().string());
+    std::sort(others.begin(), others.end());
+    return others;
 }
 
 } // namespace pbm::batch

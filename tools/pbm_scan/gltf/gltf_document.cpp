@@ -128,11 +128,14 @@ bool is_data(std::string_view uri) { return uri.starts_with("data:"); }
 
 } // namespace
 
-std::optional<std::string> file_of_uri(const std::string &scan, const std::string &uri) {
+std::optional<NamedFile> file_of_uri(const std::string &scan, const std::string &uri) {
     if (scan.empty() || uri.empty() || is_data(uri))
         return std::nullopt;
-    const auto decoded = find_beside(scan, without_percents(uri));
-    return decoded ? decoded : find_beside(scan, uri);
+    NamedFile named = name_beside(scan, without_percents(uri));
+    named.name = uri;
+    if (named.file.empty())
+        named.file = find_beside(scan, uri).value_or("");
+    return named;
 }
 
 Result<GltfDocument> GltfDocument::open(const ScanFile &file) {
@@ -192,10 +195,10 @@ Result<GltfResource> GltfDocument::resource(const std::string &uri) const {
             return bad_input("a data URI with a character that is not of base64");
         return GltfResource{.decoded = std::move(*bytes)};
     }
-    const auto path = file_of_uri(path_, uri);
-    if (!path)
+    const auto named = file_of_uri(path_, uri);
+    if (!named || named->file.empty())
         return bad_input("there is no file " + printable_in_quotes(uri) + " beside the scan");
-    Result<MappedFile> file = MappedFile::open(*path);
+    Result<MappedFile> file = MappedFile::open(named->file);
     if (!file)
         return file.error();
     return GltfResource{.file = std::move(*file)};

@@ -26,9 +26,8 @@ struct GltfResource {
     ByteView bytes() const { return file ? file->bytes() : ByteView(decoded); }
 };
 
-// The path of the file that a URI names, relative to the folder of `scan`, with %XX decoded. Absent for a data: URI,
-// and if there is no such file.
-std::optional<std::string> file_of_uri(const std::string &scan, const std::string &uri);
+// The file that a URI names, without its percent signs; nothing for data in the URI, or if the scan has no place.
+std::optional<NamedFile> file_of_uri(const std::string &scan, const std::string &uri);
 
 class GltfDocument {
   public:

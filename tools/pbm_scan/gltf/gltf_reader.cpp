@@ -17,6 +17,7 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <unordered_set>
 
 namespace pbm::build {
 namespace {
@@ -472,18 +473,18 @@ Result<Surface> read_gltf(const ScanFile &file, const ReadOptions &options) {
     return GltfReader(*document, file.bytes.size(), options).run();
 }
 
-std::vector<std::string> files_of_gltf(const ScanFile &file) {
+std::vector<NamedFile> files_of_gltf(const ScanFile &file) {
     Result<GltfDocument> document = GltfDocument::open(file);
-    std::vector<std::string> files;
+    std::vector<NamedFile> files;
     if (!document)
         return files;
-    constexpr std::size_t kMax = 256;
+    std::unordered_set<std::string> known;
     for (const char *kind : {"buffers", "images"}) {
         const Json *const all = document->root(kind);
-        for (std::size_t i = 0; i < std::min(items(all), kMax); ++i)
-            if (const auto path = file_of_uri(file.path, text_of(item(all, i), "uri"));
-                path && std::find(files.begin(), files.end(), *path) == files.end())
-                files.push_back(*path);
+        for (std::size_t i = 0; i < items(all); ++i)
+            if (std::string uri = text_of(item(all, i), "uri"); !uri.empty() && known.insert(uri).second)
+                if (auto named = file_of_uri(file.path, uri))
+                    files.push_back(std::move(*named));
     }
     return files;
 }

@@ -30,7 +30,7 @@ namespace pbm::build {
 Result<Surface> read_gltf(const ScanFile &file, const ReadOptions &options);
 bool is_gltf(std::span<const std::uint8_t> bytes);
 
-// Its buffers and images, as far as they exist.
-std::vector<std::string> files_of_gltf(const ScanFile &file);
+// Its buffers and images that are files.
+std::vector<NamedFile> files_of_gltf(const ScanFile &file);
 
 } // namespace pbm::build

@@ -11,6 +11,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+fs::path slashed(std::string_view name) {
+    std::string slashed(name);
+    std::replace(slashed.begin(), slashed.end(), '\\', '/');
+    return slashed;
+}
+
 bool is_file(const fs::path &path) {
     std::error_code ignored;
     return fs::is_regular_file(path, ignored);
@@ -48,10 +54,8 @@ std::optional<fs::path> in_any_case(fs::path folder, const fs::path &name) {
 } // namespace
 
 std::optional<std::string> find_beside(const std::string &scan, std::string_view name) {
-    std::string slashed(name);
-    std::replace(slashed.begin(), slashed.end(), '\\', '/');
-    const fs::path folder = fs::path(scan).parent_path(), path(slashed);
-    if (slashed.empty() || slashed.find('\0') != std::string::npos)
+    const fs::path folder = fs::path(scan).parent_path(), path = slashed(name);
+    if (path.empty() || name.find('\0') != std::string_view::npos)
         return std::nullopt;
     if (is_file(folder / path))
         return (folder / path).string();
@@ -61,6 +65,11 @@ std::optional<std::string> find_beside(const std::string &scan, std::string_view
     if (const auto found = in_any_case(folder, path.filename()))
         return found->string();
     return std::nullopt;
+}
+
+NamedFile name_beside(const std::string &scan, std::string_view name) {
+    return {std::string(name), find_beside(scan, name).value_or(""),
+            (fs::path(scan).parent_path() / slashed(name)).string()};
 }
 
 } // namespace pbm::build

@@ -20,10 +20,10 @@ namespace pbm::build {
 //         too_large  more than 2^31 - 1 vertices
 Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options);
 
-// The material files that an OBJ names, and their images, as far as they exist.
-std::vector<std::string> files_of_obj(const ScanFile &file);
+// The material files that an OBJ names, and the images that these name.
+std::vector<NamedFile> files_of_obj(const ScanFile &file);
 
-// Material files of an OBJ, or images of one, that are opened at most: a text may name millions.
+// Material files of an OBJ that are looked for at most: a text may name millions.
 inline constexpr std::size_t kMaxFurtherFiles = 64;
 
 // errors  as read_obj; unsupported_feature  four-dimensional OFF

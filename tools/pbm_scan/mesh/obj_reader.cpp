@@ -8,46 +8,31 @@
 #include "pbm_scan/surface/polygon.h"
 #include "pbm_scan/text/encoding.h"
 #include "pbm_scan/text/text_lines.h"
-#include "pbm_scan/text/words.h"
 #include "system/files/mapped_file.h"
 
 #include <algorithm>
+#include <iterator>
+#include <set>
 #include <utility>
 
 namespace pbm::build {
 namespace {
 
-// Calls use(rest of the line, without white space around it) for every line that begins with the word `keyword`.
-template <class Use> void for_lines(std::string_view text, std::string_view keyword, Use &&use) {
-    for (std::size_t at = text.find(keyword); at != std::string_view::npos; at = text.find(keyword, at + 1)) {
-        const std::size_t before = text.find_last_not_of(" \t", at == 0 ? 0 : at - 1);
-        if (at != 0 && before != std::string_view::npos && text[before] != '\n' && text[before] != '\r')
-            continue;
-        const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
-        const std::string_view line = text.substr(at + keyword.size(), end - at - keyword.size());
-        if (line.starts_with(' ') || line.starts_with('\t'))
-            use(trimmed(line, " \t"));
-    }
-}
-
 // A line names several files (Wavefront), or one file with spaces in its name (most writers): takes the one if it
-// exists, else those of the several that exist.
-std::vector<std::string> material_files(const std::string &path, std::span<const std::string> lines) {
-    std::vector<std::string> files;
+// exists, else the several.
+std::vector<NamedFile> material_files(const std::string &path, std::span<const std::string> lines) {
+    std::vector<NamedFile> files;
     if (path.empty())
         return files;
-    std::size_t looked_for = 0;
-    // Whether it is there, new or not.
+    // Whether it is there.
     const auto add = [&](std::string_view name) {
-        if (++looked_for > kMaxFurtherFiles)
+        if (files.size() == kMaxFurtherFiles)
             return false;
-        const auto file = find_beside(path, name);
-        if (file && std::find(files.begin(), files.end(), *file) == files.end())
-            files.push_back(*file);
-        return file.has_value();
+        files.push_back(name_beside(path, name));
+        return !files.back().file.empty();
     };
     for (std::string_view names : lines) {
-        if (looked_for >= kMaxFurtherFiles || add(names))
+        if (files.size() == kMaxFurtherFiles || add(names))
             continue;
         while (!names.empty()) {
             const std::size_t end = std::min(names.find_first_of(" \t"), names.size());
@@ -61,13 +46,17 @@ std::vector<std::string> material_files(const std::string &path, std::span<const
 // What the material files of an OBJ say.
 struct MaterialFiles {
     std::vector<NamedMaterial> materials; // images by the names of existing files, or empty
+    std::vector<NamedFile> images;        // in the order of materials
     std::vector<AttributeReport> report;
 };
 
-// Skips material files that are too large. Images that do not exist are named.
-MaterialFiles read_material_files(const std::vector<std::string> &files, const Material &default_material) {
+// Reads each material file once; skips those that are too large. Images that do not exist are named.
+MaterialFiles read_material_files(std::span<const NamedFile> files, const Material &default_material) {
     MaterialFiles found;
-    for (const std::string &file : files) {
+    std::set<std::string> known{""};
+    for (const auto &[name, file, place] : files) {
+        if (!known.insert(file).second)
+            continue;
         const Result<MappedFile> materials = MappedFile::open(file);
         if (!materials || materials->bytes().size() > kMaxMaterialBytes)
             continue;
@@ -80,11 +69,11 @@ MaterialFiles read_material_files(const std::vector<std::string> &files, const M
             std::string &image = found.materials[i].image.file;
             if (image.empty())
                 continue;
-            const auto existing = find_beside(file, image);
-            if (!existing)
+            found.images.push_back(name_beside(file, image));
+            if (found.images.back().file.empty())
                 drop_once(found.report, "texture image " + printable_in_quotes(image), "there is no such file",
                           Warning::missing_image);
-            image = existing.value_or("");
+            image = found.images.back().file;
         }
     }
     return found;
@@ -291,17 +280,10 @@ Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options) {
     return finished(std::move(surface), options);
 }
 
-std::vector<std::string> files_of_obj(const ScanFile &file) {
-    std::vector<std::string> lines;
-    for_lines(as_text(file.bytes), "mtllib", [&](std::string_view names) {
-        if (!names.empty() && lines.size() < kMaxFurtherFiles)
-            lines.emplace_back(names);
-    });
-    std::vector<std::string> files = material_files(file.path, lines);
-    for (const NamedMaterial &material : read_material_files(files, {}).materials)
-        if (const std::string &image = material.image.file; !image.empty() && files.size() < 2 * kMaxFurtherFiles &&
-                                                            std::find(files.begin(), files.end(), image) == files.end())
-            files.push_back(image);
+std::vector<NamedFile> files_of_obj(const ScanFile &file) {
+    std::vector<NamedFile> files = material_files(file.path, material_lines_of(as_text(file.bytes)));
+    std::vector<NamedFile> images = read_material_files(files, {}).images;
+    std::move(images.begin(), images.end(), std::back_inserter(files));
     return files;
 }
 

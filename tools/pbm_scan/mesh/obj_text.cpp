@@ -408,4 +408,22 @@ Result<ObjText> read_obj_text(std::string_view text, const ReadOptions &options)
     return ObjParser(with_joined_lines(with_line_feeds(text, storage), storage), options).run();
 }
 
+std::vector<std::string> material_lines_of(std::string_view text) {
+    constexpr std::string_view kKeyword = "mtllib";
+    std::vector<std::string> found;
+    if (text.find(kKeyword) == std::string_view::npos)
+        return found;
+    std::string storage;
+    text = with_joined_lines(with_line_feeds(text, storage), storage);
+    std::size_t at = text.find(kKeyword);
+    while (at != std::string_view::npos && found.size() < kMaxFurtherFiles) {
+        Lines line(text, text.rfind('\n', at) + 1); // npos + 1 is 0: the first line
+        line.next();
+        if (line.word() == kKeyword && !line.trimmed_rest().empty())
+            found.emplace_back(line.trimmed_rest());
+        at = text.find(kKeyword, line.next_offset());
+    }
+    return found;
+}
+
 } // namespace pbm::build

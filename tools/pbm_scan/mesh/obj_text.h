@@ -51,4 +51,7 @@ inline constexpr std::string_view kMaterialsLine = "materials and textures ";
 //         too_large  more than 2^31 - 1 vertices
 Result<ObjText> read_obj_text(std::string_view text, const ReadOptions &options);
 
+// ObjText::material_lines alone, without reading the rest.
+std::vector<std::string> material_lines_of(std::string_view text);
+
 } // namespace pbm::build

@@ -123,11 +123,11 @@ std::string image_name(const ScanFile &file, std::string name) {
                                    : name.replace(at, kThis.size(), std::filesystem::path(file.path).stem().string());
 }
 
-// The existing file of each image, in their order; empty: there is none.
-std::vector<std::string> image_files(const ScanFile &file, const PlyHeader &header) {
-    std::vector<std::string> files;
+// Each image, in their order.
+std::vector<NamedFile> image_files(const ScanFile &file, const PlyHeader &header) {
+    std::vector<NamedFile> files;
     for (const std::string &name : header.texture_files)
-        files.push_back(file.path.empty() ? "" : find_beside(file.path, image_name(file, name)).value_or(""));
+        files.push_back(file.path.empty() ? NamedFile{} : name_beside(file.path, image_name(file, name)));
     return files;
 }
 
@@ -143,15 +143,15 @@ PlyOutcome finish_images(const ScanFile &file, const PlyHeader &header, const Pl
                 {"texture image " + printable_in_quotes(name), Fate::dropped, "nothing names a place in it"});
         return {Fate::dropped, "faces stand before the vertices"};
     }
-    const std::vector<std::string> files = image_files(file, header);
+    const std::vector<NamedFile> files = image_files(file, header);
     TextureImages images(surface, report);
     std::vector<std::uint16_t> numbers;
     for (std::size_t i = 0; i < files.size(); ++i) {
-        if (files[i].empty())
+        if (files[i].file.empty())
             report.push_back(line_of(Warning::missing_image,
                                      "texture image " + printable_in_quotes(header.texture_files[i]),
                                      "there is no such file"));
-        numbers.push_back(files[i].empty() ? Surface::kNoTexture : images.of_file(files[i], {}));
+        numbers.push_back(files[i].file.empty() ? Surface::kNoTexture : images.of_file(files[i].file, {}));
     }
     for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
         const std::int32_t image = body.images.empty() ? 0 : body.images[i];
@@ -355,11 +355,9 @@ Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
     return finished(std::move(surface), options);
 }
 
-std::vector<std::string> files_of_ply(const ScanFile &file) {
+std::vector<NamedFile> files_of_ply(const ScanFile &file) {
     const Result<PlyHeader> header = read_ply_header(file.bytes);
-    std::vector<std::string> files = header ? image_files(file, *header) : std::vector<std::string>();
-    std::erase(files, "");
-    return files;
+    return header ? image_files(file, *header) : std::vector<NamedFile>();
 }
 
 } // namespace pbm::build

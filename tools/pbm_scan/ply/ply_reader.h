@@ -23,7 +23,7 @@ namespace pbm::build {
 //         unsupported_version  a PLY version other than 1.0
 Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options);
 
-// The images that the file names, as far as they exist.
-std::vector<std::string> files_of_ply(const ScanFile &file);
+// The images that the file names.
+std::vector<NamedFile> files_of_ply(const ScanFile &file);
 
 } // namespace pbm::build

@@ -44,6 +44,8 @@ enum class Warning : std::uint8_t {
     finer_grid,
     made_points,
     cache_not_filled,
+    left_out,
+    stale_model,
 };
 
 struct WarningEntry {
@@ -51,7 +53,7 @@ struct WarningEntry {
     Fate fate;             // of its lines; `dropped` ones are printed as warnings, all are in the report
     std::string_view help;
     std::string_view remedy; // how to change the command or the scan so that the line disappears
-    bool is_deniable = true; // false: it is found after the output is written
+    bool is_deniable = true; // false: it is no line of the report of a scan
 };
 
 // In the order of Warning.
@@ -103,8 +105,12 @@ inline constexpr std::array kWarnings = std::to_array<WarningEntry>({
     {"made-points", Fate::estimated, "--upsample made points that the scan does not have.", "Leave --upsample out."},
     {"cache-not-filled", Fate::kept, "The model is built, but could not be stored in the cache.",
      "Make room in the folder of --cache.", false},
+    {"left-out", Fate::kept, "A folder of --batch holds scans of kinds that are not read, linked folders, or pipes.",
+     "Convert or move them, or name the scans in a list; --strict makes it an error.", false},
+    {"stale-model", Fate::kept, "The folder of a batch holds models that none of its scans becomes.",
+     "Remove them, or give each batch a folder of its own.", false},
 });
-static_assert(kWarnings.size() == static_cast<std::size_t>(Warning::cache_not_filled) + 1);
+static_assert(kWarnings.size() == static_cast<std::size_t>(Warning::stale_model) + 1);
 
 using WarningSet = std::bitset<kWarnings.size()>;
 

@@ -24,8 +24,8 @@ struct ScanFormat {
     bool (*recognises)(std::span<const std::uint8_t> bytes);
     // Returns a finished Surface (surface.h). Messages do not contain the path.
     Result<Surface> (*read)(const ScanFile &file, const ReadOptions &options);
-    // Existing files that `read` opens besides; null: it opens none.
-    std::vector<std::string> (*further_files)(const ScanFile &file) = nullptr;
+    // Files that `read` looks for besides, in its order; null: none.
+    std::vector<NamedFile> (*further_files)(const ScanFile &file) = nullptr;
     bool has_columns = false; // it reads ReadOptions::columns
 
     bool has_extension(std::string_view extension) const;

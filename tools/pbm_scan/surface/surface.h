@@ -174,6 +174,13 @@ template <class T, class Keep> void keep_from(std::vector<T> &values, std::size_
 
 struct ScanFormat; // scan_format.h
 
+// A file that a scan names.
+struct NamedFile {
+    std::string name;  // as the scan has it
+    std::string file;  // the existing one; empty: there is none
+    std::string place; // where it is looked for first: a file that appears there is read instead of `file`
+};
+
 // Maximum number of vertices of a mesh.
 inline constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>::max();
 

@@ -39,7 +39,9 @@ bool is_alignment(ByteView bytes) {
     return text.starts_with("camera ") || text.starts_with("bmesh ");
 }
 
-Status read_alignment(const std::string &path, ByteView bytes, std::vector<PosedScan> &scans) {
+// `looked_for`: all that it names, there or not.
+Status read_alignment(const std::string &path, ByteView bytes, std::vector<PosedScan> &scans,
+                      std::vector<NamedFile> &looked_for) {
     Lines lines(as_text(bytes));
     const std::size_t before = scans.size();
     while (lines.next_with_words(true)) {
@@ -50,10 +52,10 @@ Status read_alignment(const std::string &path, ByteView bytes, std::vector<Posed
             return of_file(path, lines.refuse(printable_in_quotes(keyword) + " begins no line of an alignment file"));
         }
         const std::string name(lines.word());
-        const auto file = find_beside(path, name);
-        if (!file && keyword == "mesh") // the scanner's own mesh, which the repository does not have
+        const std::string &file = looked_for.emplace_back(name_beside(path, name)).file;
+        if (file.empty() && keyword == "mesh") // the scanner's own mesh, which the repository does not have
             continue;
-        if (!file)
+        if (file.empty())
             return Error{ErrorCode::io, lines.offset(),
                          path + ": line " + std::to_string(lines.number()) + ": there is no file " +
                              printable_in_quotes(name) + " beside it"};
@@ -63,7 +65,7 @@ Status read_alignment(const std::string &path, ByteView bytes, std::vector<Posed
         const auto matrix = numbers.count == 7 ? matrix_of(numbers.first) : std::nullopt;
         if (!matrix)
             return of_file(path, lines.refuse("a scan needs its place (3 numbers) and a quaternion (4)"));
-        scans.push_back({*file, matrix});
+        scans.push_back({file, matrix});
     }
     return scans.size() > before ? Status() : Status(of_file(path, bad_input("the alignment file names no scan")));
 }
@@ -115,7 +117,8 @@ Result<std::vector<PosedScan>> posed_scans(std::span<const std::string> inputs, 
         if (file && is_alignment(file->bytes())) {
             if (!poses.empty())
                 return usage(inputs[i] + ": an alignment file has poses of its own; leave --pose out");
-            if (Status read = read_alignment(inputs[i], file->bytes(), scans); !read)
+            std::vector<NamedFile> looked_for;
+            if (Status read = read_alignment(inputs[i], file->bytes(), scans, looked_for); !read)
                 return read.error();
             continue;
         }
@@ -131,13 +134,12 @@ Result<std::vector<PosedScan>> posed_scans(std::span<const std::string> inputs, 
     return scans;
 }
 
-std::vector<std::string> scans_of_alignment(const std::string &path) {
-    std::vector<std::string> files;
+std::vector<NamedFile> scans_of_alignment(const std::string &path) {
+    std::vector<NamedFile> files;
     const Result<MappedFile> file = is_stream(path) ? Result<MappedFile>(Error{}) : MappedFile::open(path);
     std::vector<PosedScan> scans;
-    if (file && is_alignment(file->bytes()) && read_alignment(path, file->bytes(), scans))
-        for (const PosedScan &scan : scans)
-            files.push_back(scan.file);
+    if (file && is_alignment(file->bytes()))
+        static_cast<void>(read_alignment(path, file->bytes(), scans, files)); // a build says what is wrong with it
     return files;
 }
 

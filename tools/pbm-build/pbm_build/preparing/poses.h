@@ -27,8 +27,8 @@ struct PosedScan {
 //         usage      another number of poses than of inputs; poses for an alignment file
 Result<std::vector<PosedScan>> posed_scans(std::span<const std::string> inputs, std::span<const std::string> poses);
 
-// The scans that an alignment file names, as far as they exist; none of another file.
-std::vector<std::string> scans_of_alignment(const std::string &path);
+// The scans that an alignment file names; none of another file.
+std::vector<NamedFile> scans_of_alignment(const std::string &path);
 
 // Moves positions, scanner positions, normals and radii.
 void pose(Surface &surface, const glm::dmat4 &matrix);
