@@ -72,8 +72,12 @@ Error build_error(const ProgramEnd &end, const std::string &scan) {
 
 Status build(const std::string &builder, const std::string &scan, const std::string &output,
              const Preparation &preparation) {
-    std::vector<std::string> command{builder, "--quiet", "--progress", "--if-changed",
-                                     "--threads=" + std::to_string(preparation.threads), "--output=" + output};
+    std::vector<std::string> command{builder,
+                                     "--quiet",
+                                     "--progress",
+                                     "--if-changed",
+                                     "--threads=" + std::to_string(preparation.threads),
+                                     "--output=" + output};
     if (!preparation.scans.recipe.empty())
         command.emplace_back("--recipe=" + preparation.scans.recipe);
     if (!preparation.scans.field.empty())

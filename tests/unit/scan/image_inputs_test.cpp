@@ -83,7 +83,8 @@ TEST_F(ImageInputs, AnObjHasTheImagesOfItsMaterials) {
     EXPECT_EQ(note_of(s, "texture image 'missing.png'"), "dropped: there is no such file");
     EXPECT_EQ(note_of(s, "texture coordinates"), "colours of points; 3 triangles have no image");
     EXPECT_EQ(note_of(s, "option -mm of images"), "dropped: not used by PBM");
-    EXPECT_EQ(further("scan.obj"), (std::vector<std::string>{"scan.mtl", "first skin.png", "second.png"}));
+    EXPECT_EQ(further("scan.obj"),
+              (std::vector<std::string>{"scan.mtl", "first skin.png", "second.png", "no missing.png"}));
 }
 
 TEST_F(ImageInputs, PolygonsKeepThePlacesOfTheirCorners) {
