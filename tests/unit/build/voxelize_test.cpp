@@ -33,6 +33,52 @@ VoxelSums sums_of(const std::vector<Sample> &samples) {
     return sums;
 }
 
+// BVG.md has no rule for it: voxel_sums.h says that half of the votes suffice.
+TEST(VoxelSums, HalfOfTheVotesMakeAVoxelTwoSided) {
+    const std::array<std::int32_t, 3> up{0, 0, static_cast<std::int32_t>(kNormalScale)};
+    const auto is_two_sided = [&](int two_sided, int one_sided) {
+        VoxelSums sums;
+        for (int i = 0; i < two_sided + one_sided; ++i)
+            sums.add_normal(up, i < two_sided);
+        return (mean_normal(sums) & kTwoSidedBit) != 0;
+    };
+    EXPECT_FALSE(is_two_sided(0, 1));
+    EXPECT_TRUE(is_two_sided(1, 0));
+    EXPECT_TRUE(is_two_sided(1, 1));
+    EXPECT_FALSE(is_two_sided(1, 2));
+    EXPECT_TRUE(is_two_sided(2, 2));
+    EXPECT_FALSE(is_two_sided(2, 3));
+}
+
+TEST(VoxelSums, AWallIsThinIfItsNormalsCancelToLessThanHalf) {
+    const auto scale = static_cast<std::int32_t>(kNormalScale);
+    const auto is_thin = [&](int up, int down, std::int32_t more) {
+        VoxelSums sums;
+        for (int i = 0; i < up + down; ++i)
+            sums.add_normal({0, 0, i < up ? scale : -scale}, false);
+        sums.normal[2] += more;
+        return sums.is_thin();
+    };
+    EXPECT_FALSE(is_thin(1, 0, 0));
+    EXPECT_TRUE(is_thin(1, 1, 0));
+    EXPECT_FALSE(is_thin(3, 1, 0)) << "the sum is exactly half of the votes";
+    EXPECT_TRUE(is_thin(3, 1, -1));
+}
+
+// 10 is the largest linear value nearest to sRGB 0: BVG.md 6.3.3.
+TEST(VoxelSums, MeanColoursRoundHalvesUp) {
+    const auto mean = [](std::uint64_t sum, std::uint32_t samples) {
+        VoxelSums sums;
+        sums.colour = {sum, sum, sum};
+        sums.samples = samples;
+        return sums.mean_colour();
+    };
+    EXPECT_EQ(mean(20, 2), (Rgb8{0, 0, 0}));
+    EXPECT_EQ(mean(21, 2), (Rgb8{1, 1, 1}));
+    EXPECT_EQ(mean(31, 3), (Rgb8{0, 0, 0}));
+    EXPECT_EQ(mean(32, 3), (Rgb8{1, 1, 1}));
+}
+
 std::uint16_t mean_normal_of(const std::vector<Sample> &samples) {
     const VoxelSums sums = sums_of(samples);
     if (!sums.is_thin())
@@ -446,6 +492,26 @@ TEST(SplatRadius, PointsCoverTheirCell) {
         EXPECT_GE(radius, cell * 1.099);
         EXPECT_LE(radius, (inside ? cell * 1.1 * 1.5 : std::hypot(3, 4)) * 1.26);
     }
+}
+
+// From three voxels on each index is a class: rounding up to a class hides a smaller overlap no longer.
+TEST(SplatRadius, SplatsReachATenthFartherThanTheirCell) {
+    constexpr int kDepth = 8, kApart = 8;
+    Voxels voxels;
+    for (std::uint32_t y = 0; y < 15; ++y)
+        for (std::uint32_t x = 0; x < 15; ++x)
+            voxels.codes.push_back(morton_encode(kApart * x, kApart * y, 100));
+    std::sort(voxels.codes.begin(), voxels.codes.end());
+    voxels.points.resize(voxels.codes.size(), {});
+    std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
+    radii_from_neighbours(voxels, kDepth, 2);
+    const std::uint8_t expected = radius_index(1.1 * kApart * std::sqrt(0.5) / (1 << kDepth));
+    ASSERT_GT(expected, radius_index(kApart * std::sqrt(0.5) / (1 << kDepth)));
+    for (std::size_t i = 0; i < voxels.codes.size(); ++i)
+        if (const auto v = morton_decode(voxels.codes[i]);
+            std::min(v[0], v[1]) > kApart && std::max(v[0], v[1]) < 13 * kApart) {
+            EXPECT_EQ(voxels.points.radii[i], expected);
+        }
 }
 
 // Points of the plane z = 100, three voxels apart, without those in a hole; `made`: with a made point in each voxel

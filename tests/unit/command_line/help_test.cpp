@@ -1,13 +1,17 @@
 // Help pages and suggestions.
 #include "command_line/help/help.h"
 #include "command_line/spelling.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
+#include <sstream>
 
 namespace pbm::command_line {
 namespace {
+
 
 TEST(Spelling, SlipsFindTheWordThatWasMeant) {
     const std::vector<std::string> known{"depth", "voxel-size", "max-points", "output", "name", "up"};
@@ -49,15 +53,25 @@ TEST(Help, ShortHelpIsPrintedAtOnce) {
 TEST(Help, LongTextIsBrokenAtSpacesWithinTheColumns) {
     std::string text;
     for (int i = 0; i < 60; ++i)
-        text += "word ";
+        text += "word" + std::to_string(i) + " ";
     const ProgramHelp help{.program = "pbm-x",
                            .version = "1",
                            .summary = text,
                            .description = "",
                            .options = {option("--a-very-long-name-of-an-option", "Grid", text)}};
-    std::string page = help_page(help, "all").value();
-    for (std::size_t at = 0; at < page.size(); at = page.find('\n', at) + 1)
-        EXPECT_LT(page.find('\n', at) - at, kPageColumns);
+    const std::string page = value_of(help_page(help, "all"));
+    std::istringstream words(page);
+    std::map<std::string, int> count;
+    for (std::string word; words >> word;)
+        ++count[word];
+    for (int i = 0; i < 60; ++i)
+        EXPECT_EQ(count["word" + std::to_string(i)], 2) << "in the summary and in the option's text, unbroken";
+    std::istringstream lines_of_page(page);
+    std::size_t longest = 0;
+    for (std::string line; std::getline(lines_of_page, line);)
+        longest = std::max(longest, line.size());
+    EXPECT_LT(longest, kPageColumns);
+    EXPECT_GE(longest, kPageColumns - std::string_view(" word59").size()) << "lines are filled";
 }
 
 TEST(Help, AWrongTopicIsRefusedWithTheNearestOrAll) {

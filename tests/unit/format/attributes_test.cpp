@@ -102,6 +102,18 @@ TEST(Colour, LinearTableEndsAndInverse) {
     EXPECT_EQ(linear_to_srgb(1000000), 255);
 }
 
+// BVG.md 6.3.2. There are no ties, since 255 is odd.
+TEST(Colour, EveryValuePacksToTheNearestOf5And6Bits) {
+    for (int value = 0; value < 256; ++value) {
+        const auto byte = static_cast<std::uint8_t>(value);
+        const std::uint16_t packed = pack_565({byte, byte, byte});
+        const int red = packed >> 11, green = packed >> 5 & 63, blue = packed & 31;
+        EXPECT_LE(2 * std::abs(255 * red - 31 * value), 255) << value;
+        EXPECT_LE(2 * std::abs(255 * green - 63 * value), 255) << value;
+        EXPECT_EQ(blue, red);
+    }
+}
+
 TEST(Colour, EveryPacked565SurvivesExpansion) {
     for (unsigned packed = 0; packed < 65536; ++packed)
         EXPECT_EQ(pack_565(expand_565(static_cast<std::uint16_t>(packed))), packed);

@@ -166,6 +166,36 @@ TEST(SingleCheck, AConeHoldsNoTwoSidedPoint) {
         }
 }
 
+// Few normals are compared one by one, many through a table of all.
+TEST(SingleCheck, AConeHoldsTheSameNormalsWhetherTheyAreFewOrMany) {
+    const std::span<const IntegerNormal> table = integer_normal_table();
+    std::size_t held = 0, at_the_limit = 0;
+    for (const std::uint16_t axis : {quantise_normal(0, 0, 1), quantise_normal(1, -2, 3), quantise_normal(-1, 0, 0)})
+        for (const std::int16_t cosine : {std::int16_t{-32767}, std::int16_t{-20000}, std::int16_t{0}, std::int16_t{31000},
+                                          std::int16_t{table[quantise_normal(1, 2, 3)][2]}, std::int16_t{32767}}) {
+            const NormalCone cone{.axis = axis, .cosine = cosine};
+            OutsideCone memory;
+            for (std::uint16_t normal = 0; normal < kNormalCount; ++normal) {
+                const std::int64_t product = std::int64_t{table[axis][0]} * table[normal][0] +
+                                             std::int64_t{table[axis][1]} * table[normal][1] +
+                                             std::int64_t{table[axis][2]} * table[normal][2];
+                const std::int64_t limit = std::int64_t{cosine} * 32767;
+                const std::array one{normal};
+                ASSERT_EQ(cone_holds(cone, one, memory), product >= limit) << axis << " " << cosine << " " << normal;
+                held += product >= limit ? 1 : 0;
+                at_the_limit += product == limit ? 1 : 0;
+                const std::array two_sided{static_cast<std::uint16_t>(normal | kTwoSidedBit)};
+                ASSERT_FALSE(cone_holds(cone, two_sided, memory));
+                if (normal % 61 == 0 || product == limit) {
+                    const std::vector<std::uint16_t> many(kManyNormals, normal);
+                    ASSERT_EQ(cone_holds(cone, many, memory), product >= limit) << axis << " " << cosine << " " << normal;
+                }
+            }
+        }
+    EXPECT_GT(held, 20000U);
+    EXPECT_GT(at_the_limit, 10U);
+}
+
 TEST(SingleCheck, StreamsOfMappedChunks) {
     const FileEditor file(mapped_file());
     const AttributeSet set = every_attribute(ColourFormat::rgb888, 3);

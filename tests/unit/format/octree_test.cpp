@@ -56,6 +56,21 @@ TEST(Octree, RandomLeavesSurviveTheRoundTripAtEveryDepth) {
     }
 }
 
+// Masks are counted eight at a time, and 31 eights fill the bytes of a sum.
+TEST(Octree, ChildrenOfManyMasksAreCounted) {
+    Bytes full, random;
+    test::Random numbers(4);
+    std::uint64_t children = 0;
+    for (std::size_t masks = 0; masks <= 1000; ++masks) {
+        ASSERT_EQ(count_children(full), 8 * masks);
+        ASSERT_EQ(count_children(random), children) << masks;
+        full.push_back(0xFF);
+        random.push_back(static_cast<std::uint8_t>(numbers.below(256)));
+        for (unsigned bit = 0; bit < 8; ++bit)
+            children += random.back() >> bit & 1U;
+    }
+}
+
 TEST(Octree, AMissingMaskIsRefused) {
     const std::vector<MortonCode> parents = {0, 7};
     const Bytes one = {0x81};
