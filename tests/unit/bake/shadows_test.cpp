@@ -312,8 +312,8 @@ TEST(Shadows, HaveTheirGoldenBytes) {
     EXPECT_EQ(hash64(all), 5645859874839032164U);
 }
 
-// The disc of a voxel of radius 0.87 reaches 0.83 x 0.87 = 0.72 voxels far: just over the corners of its voxel. The nearest
-// texel to a voxel beside it lies anywhere in that voxel, so the disc's share of it is in shadow: 16 %, with a
+// The disc of a voxel of radius 0.87 reaches 0.83 x 0.87 = 0.72 voxels far: just over the corners of its voxel. The
+// nearest texel to a voxel beside it lies anywhere in that voxel, so the disc's share of it is in shadow: 16 %, with a
 // disc of 0.87 voxels 31 %.
 TEST(Shadows, DiscsOfDensePointsReachLittleBeyondTheirVoxel) {
     VoxelScene scene;

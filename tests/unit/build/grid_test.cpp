@@ -1,5 +1,6 @@
 #include "pbm_build/grid/grid_choice.h"
 #include "pbm_build/grid/lattice.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -82,16 +83,16 @@ TEST(GridChoice, AGivenVoxelSizeSnapsTheOriginToMultiplesOfIt) {
     const Bounds bounds{{500000.13, 4000000.27, 3}, {500090.4, 4000020, 17}};
     const Result<Grid> grid = snapped_grid(bounds, 0.25);
     ASSERT_TRUE(grid.ok());
-    EXPECT_EQ(grid.value().voxel_size, 0.25);
-    EXPECT_EQ(grid.value().depth, 9); // 90.27 / 0.25 = 361 voxels
+    EXPECT_EQ(value_of(grid).voxel_size, 0.25);
+    EXPECT_EQ(value_of(grid).depth, 9); // 90.27 / 0.25 = 361 voxels
     for (int axis = 0; axis < 3; ++axis) {
-        const double origin = grid.value().origin[static_cast<std::size_t>(axis)];
+        const double origin = value_of(grid).origin[static_cast<std::size_t>(axis)];
         EXPECT_EQ(origin / 0.25, std::floor(origin / 0.25));
         EXPECT_LE(origin, bounds.lowest[axis]);
-        EXPECT_GT(origin + grid.value().edge(), bounds.highest[axis]);
+        EXPECT_GT(origin + value_of(grid).edge(), bounds.highest[axis]);
     }
     EXPECT_EQ(snapped_grid(bounds, 1e-6).error().code, ErrorCode::usage);
-    EXPECT_EQ(snapped_grid(bounds, 1e6).value().depth, kMinBuildDepth);
+    EXPECT_EQ(value_of(snapped_grid(bounds, 1e6)).depth, kMinBuildDepth);
 }
 
 TEST(GridChoice, AreaIsRelativeToTheEdge) {
@@ -133,7 +134,7 @@ TEST(GridChoice, NormalsChangeWithinAVoxelAsTheSurfaceIsCurved) {
 
 TEST(GridChoice, DetailGetsOneDepthMore) {
     const auto depth_of = [](const Surface &surface, const std::vector<ShortNormal> &normals) {
-        return choose_grid(surface, bounds_of(surface), normals, {}, 2).value().grid.depth;
+        return value_of(choose_grid(surface, bounds_of(surface), normals, {}, 2)).grid.depth;
     };
     std::vector<ShortNormal> normals;
     const Surface gentle = rolled(300, 400, normals);

@@ -4,6 +4,7 @@
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/reading/reader.h"
 #include "unit/build/built_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -200,7 +201,7 @@ TEST(Scene, TheGroundTouchesTheLowestPoint) {
 // Each shadow map casts four rays per ground texel, so there are at most 4 * maps + 1 values.
 std::size_t values_on_the_ground(double light_size, std::optional<int> maps) {
     SceneRequest scene;
-    scene.lights.push_back(read_light("directional,direction=0,-1,0,size=" + std::to_string(light_size)).value());
+    scene.lights.push_back(value_of(read_light("directional,direction=0,-1,0,size=" + std::to_string(light_size))));
     scene.shadows = {.bits = {}, .maps = maps};
     scene.ground.emplace();
     scene.ground->texels = 512;

@@ -12,7 +12,6 @@
 namespace pbm::command_line {
 namespace {
 
-
 TEST(Spelling, SlipsFindTheWordThatWasMeant) {
     const std::vector<std::string> known{"depth", "voxel-size", "max-points", "output", "name", "up"};
     EXPECT_EQ(nearest_word("detph", known), "depth");  // letters swapped
@@ -38,13 +37,13 @@ TEST(Help, ShortHelpIsPrintedAtOnce) {
     ProgramHelp help{.program = "pbm-x", .version = "1", .summary = "Does x.", .description = "", .options = {}};
     help.options.push_back(option("--one", "General"));
     help.options.push_back(option("--two", "Grid"));
-    const std::string page = help_page(help, "").value();
+    const std::string page = value_of(help_page(help, ""));
     EXPECT_EQ(page.find("Topics"), std::string::npos);
     EXPECT_LT(page.find("--two"), page.find("--one")); // General comes last
-    EXPECT_EQ(page, help_page(help, "all").value());
+    EXPECT_EQ(page, value_of(help_page(help, "all")));
     for (int i = 0; i < 30; ++i)
         help.options.push_back(option("--more-" + std::to_string(i), i < 15 ? "Grid" : "Further things"));
-    const std::string first = help_page(help, "").value();
+    const std::string first = value_of(help_page(help, ""));
     EXPECT_LE(lines(first), kPageLines);
     EXPECT_NE(first.find("\n  further-things "), std::string::npos);
     EXPECT_EQ(help_topics(help), (std::vector<std::string>{"grid", "further-things", "general"}));

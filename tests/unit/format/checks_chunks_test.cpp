@@ -14,6 +14,7 @@
 #include "pbm_format/writing/frame_encoder.h"
 #include "pbm_format/writing/raster_encoder.h"
 #include "system/files/mapped_file.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -94,11 +95,11 @@ TEST(SingleCheck, SizesOfPlanes) {
 Status decode_damaged(Filter filter, const std::function<void(Bytes &)> &damage) {
     for (const char *name : {"filtered.pbvg", "filtered-565.pbvg", "filtered-regions.pbvg"}) {
         const MappedFile file =
-            MappedFile::open(std::string(PBM_SOURCE_DIR "/format_spec/vectors/valid/") + name).value();
-        Reader reader = Reader::open(file.bytes()).value();
-        const Model model = load_model(reader, {.threads = 1}).value();
+            value_of(MappedFile::open(std::string(PBM_SOURCE_DIR "/format_spec/vectors/valid/") + name));
+        Reader reader = value_of(Reader::open(file.bytes()));
+        const Model model = value_of(load_model(reader, {.threads = 1}));
         for (int level = 1; level <= reader.depth(); ++level)
-            for (ChunkEntry entry : reader.directory(level).value()->chunks) {
+            for (ChunkEntry entry : value_of(reader.directory(level))->chunks) {
                 Bytes stored;
                 bool found = false;
                 std::size_t at = entry.offset;
@@ -147,7 +148,7 @@ TEST(SingleCheck, PlanesOfEveryFilter) {
 
 TEST(SingleCheck, AConeHoldsNoTwoSidedPoint) {
     Directories packed(chunks_file());
-    const Model model = load_model(packed.reader).value();
+    const Model model = value_of(load_model(packed.reader));
     for (const int level : {4, 5})
         for (const ChunkEntry &entry : packed.level(level).chunks) {
             const std::span<const std::uint16_t> stored =
@@ -171,8 +172,9 @@ TEST(SingleCheck, AConeHoldsTheSameNormalsWhetherTheyAreFewOrMany) {
     const std::span<const IntegerNormal> table = integer_normal_table();
     std::size_t held = 0, at_the_limit = 0;
     for (const std::uint16_t axis : {quantise_normal(0, 0, 1), quantise_normal(1, -2, 3), quantise_normal(-1, 0, 0)})
-        for (const std::int16_t cosine : {std::int16_t{-32767}, std::int16_t{-20000}, std::int16_t{0}, std::int16_t{31000},
-                                          std::int16_t{table[quantise_normal(1, 2, 3)][2]}, std::int16_t{32767}}) {
+        for (const std::int16_t cosine :
+             {std::int16_t{-32767}, std::int16_t{-20000}, std::int16_t{0}, std::int16_t{31000},
+              std::int16_t{table[quantise_normal(1, 2, 3)][2]}, std::int16_t{32767}}) {
             const NormalCone cone{.axis = axis, .cosine = cosine};
             OutsideCone memory;
             for (std::uint16_t normal = 0; normal < kNormalCount; ++normal) {
@@ -188,7 +190,8 @@ TEST(SingleCheck, AConeHoldsTheSameNormalsWhetherTheyAreFewOrMany) {
                 ASSERT_FALSE(cone_holds(cone, two_sided, memory));
                 if (normal % 61 == 0 || product == limit) {
                     const std::vector<std::uint16_t> many(kManyNormals, normal);
-                    ASSERT_EQ(cone_holds(cone, many, memory), product >= limit) << axis << " " << cosine << " " << normal;
+                    ASSERT_EQ(cone_holds(cone, many, memory), product >= limit)
+                        << axis << " " << cosine << " " << normal;
                 }
             }
         }
@@ -392,11 +395,11 @@ std::vector<std::size_t> frames_of(const StreamEntry &stream, std::size_t planes
 
 // Damages the magic number of each frame of each stream in turn.
 void refuse_broken_frames(const Bytes &file) {
-    Reader reader = Reader::open(file).value();
-    const Model model = load_model(reader, {.threads = 1}).value();
+    Reader reader = value_of(Reader::open(file));
+    const Model model = value_of(load_model(reader, {.threads = 1}));
     std::size_t frames = 0;
     for (int level = 1; level <= reader.depth(); ++level)
-        for (ChunkEntry entry : reader.directory(level).value()->chunks) {
+        for (ChunkEntry entry : value_of(reader.directory(level))->chunks) {
             const ByteView view = slice(file, entry.offset, entry.stored_bytes);
             Bytes stored(view.begin(), view.end());
             std::size_t start = 0;
@@ -425,10 +428,10 @@ void refuse_broken_frames(const Bytes &file) {
 TEST(SingleCheck, EveryFrameIsVerified) {
     const Model model = sphere_model(5, every_attribute(ColourFormat::rgb888, 5));
     for (const bool filters : {false, true})
-        refuse_broken_frames(encode_model(model, {.compression_level = 3, .filters = filters, .threads = 1}).value());
+        refuse_broken_frames(value_of(encode_model(model, {.compression_level = 3, .filters = filters, .threads = 1})));
     for (const char *name : {"filtered-565.pbvg", "filtered-regions.pbvg"}) {
         const MappedFile file =
-            MappedFile::open(std::string(PBM_SOURCE_DIR "/format_spec/vectors/valid/") + name).value();
+            value_of(MappedFile::open(std::string(PBM_SOURCE_DIR "/format_spec/vectors/valid/") + name));
         refuse_broken_frames({file.bytes().begin(), file.bytes().end()});
     }
 }
@@ -439,7 +442,7 @@ TEST(SingleCheck, EveryPlaneOfATileIsVerified) {
         for (std::size_t i = 0; i < std::size_t{64} * 64 * channels; ++i)
             image.texels.push_back(static_cast<std::uint8_t>(i / 64));
         const Bytes section = encode_image(image, Storage::packed, 3, 1);
-        ImageDirectory directory = decode_image_directory(section, 0).value();
+        ImageDirectory directory = value_of(decode_image_directory(section, 0));
         const std::size_t last = directory.tiles.size() - 1;
         TileEntry &tile = directory.tiles[last];
         ASSERT_EQ(tile.stream.filter, Filter::texels);

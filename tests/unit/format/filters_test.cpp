@@ -7,6 +7,7 @@
 #include "pbm_format/streams/unfilter.h"
 #include "pbm_format/writing/stream_filter.h"
 #include "pbm_format/writing/writer.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -150,9 +151,8 @@ std::vector<Bytes> filtered(const Family &family, StreamInfo stream) {
     const PointView points = view_points(family.points, 0, family.points.size(), family.set);
     const Bytes root{1};
     const ParentNodes parents{.masks = root, .nodes = view_points(family.parents, 0, family.masks.size(), family.set)};
-    return filter_stream({.set = family.set, .stream = stream, .level = family.level, .finest = false}, family.masks,
-                         points, parents)
-        .value();
+    return value_of(filter_stream({.set = family.set, .stream = stream, .level = family.level, .finest = false},
+                                  family.masks, points, parents));
 }
 
 TEST(Filters, EveryStreamComesBackExactly) {
@@ -301,10 +301,10 @@ TEST(Filters, AnOnlyChildsAverageIsItself) {
 
 TEST(Filters, FiltersMakeFilesSmallerAndChangeNothing) {
     const Model model = test::sphere_model(7, test::every_attribute(ColourFormat::rgb888, 7));
-    const Bytes with = encode_model(model, {.threads = 1}).value();
-    const Bytes without = encode_model(model, {.filters = false, .threads = 1}).value();
+    const Bytes with = value_of(encode_model(model, {.threads = 1}));
+    const Bytes without = value_of(encode_model(model, {.filters = false, .threads = 1}));
     EXPECT_LT(with.size(), without.size());
-    Reader filtered_reader = Reader::open(with).value(), plain_reader = Reader::open(without).value();
+    Reader filtered_reader = value_of(Reader::open(with)), plain_reader = value_of(Reader::open(without));
     EXPECT_EQ(filtered_reader.header().content_id, plain_reader.header().content_id);
     EXPECT_EQ(load_model(filtered_reader)->levels, load_model(plain_reader)->levels);
 }

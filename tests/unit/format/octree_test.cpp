@@ -1,6 +1,7 @@
 #include "pbm_format/model/octree.h"
 
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -25,7 +26,7 @@ std::vector<MortonCode> random_codes(int depth, std::size_t count, std::uint64_t
 std::vector<MortonCode> decode(const LevelMasks &masks) {
     std::vector<MortonCode> codes{0};
     for (std::size_t level = 1; level < masks.size(); ++level)
-        codes = expand_level(codes, masks[level], std::size_t{1} << 24).value();
+        codes = value_of(expand_level(codes, masks[level], std::size_t{1} << 24));
     return codes;
 }
 

@@ -12,8 +12,8 @@
 namespace pbm {
 namespace {
 
-
-// A model whose finest level has several chunks in one parent: a chain of parents, one at each level, and their children.
+// A model whose finest level has several chunks in one parent: a chain of parents, one at each level, and their
+// children.
 class ChunkCaching : public testing::Test {
   protected:
     ChunkCaching()
@@ -28,15 +28,14 @@ class ChunkCaching : public testing::Test {
                 children.clear();
             children.push_back(i);
         }
-        std::sort(children.begin(), children.end(),
-                  [this](std::uint32_t a, std::uint32_t b) { return memory_of({6, a}) > memory_of({6, b}); });
+        std::sort(children.begin(), children.end(), [this](std::uint32_t a, std::uint32_t b) {
+            return memory_of({6, a}) > memory_of({6, b});
+        });
         for (ChunkPlace place{6, children.front()}; place.level > 1; place = parent_of(place))
             parents.insert(parents.begin(), parent_of(place));
     }
 
-    ChunkPlace parent_of(ChunkPlace place) const {
-        return {place.level - 1, entry_of(place).shape.parent_chunk};
-    }
+    ChunkPlace parent_of(ChunkPlace place) const { return {place.level - 1, entry_of(place).shape.parent_chunk}; }
     const ChunkEntry &entry_of(ChunkPlace place) const {
         return directories_[static_cast<std::size_t>(place.level) - 1]->chunks[place.index];
     }
@@ -70,7 +69,8 @@ class ChunkCaching : public testing::Test {
             ASSERT_TRUE(load(cache, place));
     }
     bool has_parents(const ChunkCache &cache) const {
-        return std::all_of(parents.begin(), parents.end(), [&](ChunkPlace place) { return cache.chunk(place) != nullptr; });
+        return std::all_of(parents.begin(), parents.end(),
+                           [&](ChunkPlace place) { return cache.chunk(place) != nullptr; });
     }
     const ChunkLoader &loader() const { return loader_; }
 

@@ -1,6 +1,7 @@
 #include "pbm_render/camera/framing.h"
 #include "pbm_render/camera/transform_table.h"
 #include "unit/render/test_model.h"
+#include "unit/support/value_of.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -23,7 +24,7 @@ Projected project(const Camera &camera, const Model &model, glm::ivec2 size) {
     std::vector<MortonCode> codes{0};
     const int depth = model.parameters.grid.depth;
     for (int level = 1; level <= depth; ++level)
-        codes = expand_level(codes, model.levels[static_cast<std::size_t>(level)].masks, 1 << 20).value();
+        codes = value_of(expand_level(codes, model.levels[static_cast<std::size_t>(level)].masks, 1 << 20));
     const Projection projection(camera, size.x, size.y);
     Projected box;
     for (const MortonCode code : codes)
