@@ -289,7 +289,7 @@ const Model &soft_scene() {
     return model;
 }
 const std::array kSoftLights{sun({0.5, -1, 0.25}), lamp({20, 60, 44}), lamp({90, 150, 20})};
-constexpr ShadowOptions kSoft{.maps = 5, .bits = 4, .light_size = 0.1, .threads = 1};
+const ShadowOptions kSoft{.maps = 5, .bits = 4, .light_size = 0.1, .threads = 1};
 
 TEST(Shadows, BytesAreTheSameForAnyNumberOfThreads) {
     for (const Light &light : kSoftLights) {

@@ -95,7 +95,7 @@ BuildOptions at_depth(int depth, int threads = 2) {
 std::vector<std::array<std::uint32_t, 3>> voxels_of(const Model &model) {
     std::vector<MortonCode> codes{0};
     for (std::size_t level = 1; level < model.levels.size(); ++level)
-        codes = *expand_level(codes, model.levels[level].masks, model.levels[level].points.size());
+        codes = value_of(expand_level(codes, model.levels[level].masks, model.levels[level].points.size()));
     std::vector<std::array<std::uint32_t, 3>> voxels;
     voxels.reserve(codes.size());
     for (const MortonCode code : codes)

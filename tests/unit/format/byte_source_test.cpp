@@ -65,7 +65,7 @@ TEST(SparseFile, KeepsWhatIsHeldWhenItIsDropped) {
     const Bytes file = numbered(100000);
     SparseFile sparse(file.size());
     sparse.fill(0, file);
-    const HeldBytes held = value_of(sparse.view({10, 20}));
+    const HeldBytes held = sparse.view({10, 20}).value();
     sparse.drop({0, file.size()});
     EXPECT_FALSE(sparse.has({10, 20}));
     EXPECT_EQ(sparse.memory(), 0U);

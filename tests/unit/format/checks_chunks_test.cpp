@@ -167,36 +167,49 @@ TEST(SingleCheck, AConeHoldsNoTwoSidedPoint) {
         }
 }
 
+std::int64_t product_of(std::uint16_t a, std::uint16_t b) {
+    const std::span<const IntegerNormal> table = integer_normal_table();
+    std::int64_t sum = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+        sum += std::int64_t{table[a][c]} * table[b][c];
+    return sum;
+}
+
+// Cones of some axes, and one on whose border a normal lies exactly.
+std::vector<NormalCone> some_cones() {
+    std::vector<NormalCone> cones;
+    for (const std::uint16_t axis : {quantise_normal(0, 0, 1), quantise_normal(1, -2, 3)})
+        for (const int cosine : {-32767, -20000, 0, 31000, 32767})
+            cones.push_back({.axis = axis, .cosine = static_cast<std::int16_t>(cosine)});
+    for (std::uint16_t axis = 0; axis < kNormalCount; ++axis)
+        for (std::uint16_t normal = 0; normal < kNormalCount; ++normal)
+            if (const std::int64_t product = product_of(axis, normal); product > 0 && product % 32767 == 0) {
+                cones.push_back({.axis = axis, .cosine = static_cast<std::int16_t>(product / 32767)});
+                return cones;
+            }
+    return cones;
+}
+
 // Few normals are compared one by one, many through a table of all.
 TEST(SingleCheck, AConeHoldsTheSameNormalsWhetherTheyAreFewOrMany) {
-    const std::span<const IntegerNormal> table = integer_normal_table();
     std::size_t held = 0, at_the_limit = 0;
-    for (const std::uint16_t axis : {quantise_normal(0, 0, 1), quantise_normal(1, -2, 3), quantise_normal(-1, 0, 0)})
-        for (const std::int16_t cosine :
-             {std::int16_t{-32767}, std::int16_t{-20000}, std::int16_t{0}, std::int16_t{31000},
-              std::int16_t{table[quantise_normal(1, 2, 3)][2]}, std::int16_t{32767}}) {
-            const NormalCone cone{.axis = axis, .cosine = cosine};
+    for (const NormalCone &cone : some_cones())
+        for (std::uint16_t normal = 0; normal < kNormalCount; ++normal) {
             OutsideCone memory;
-            for (std::uint16_t normal = 0; normal < kNormalCount; ++normal) {
-                const std::int64_t product = std::int64_t{table[axis][0]} * table[normal][0] +
-                                             std::int64_t{table[axis][1]} * table[normal][1] +
-                                             std::int64_t{table[axis][2]} * table[normal][2];
-                const std::int64_t limit = std::int64_t{cosine} * 32767;
-                const std::array one{normal};
-                ASSERT_EQ(cone_holds(cone, one, memory), product >= limit) << axis << " " << cosine << " " << normal;
-                held += product >= limit ? 1 : 0;
-                at_the_limit += product == limit ? 1 : 0;
-                const std::array two_sided{static_cast<std::uint16_t>(normal | kTwoSidedBit)};
-                ASSERT_FALSE(cone_holds(cone, two_sided, memory));
-                if (normal % 61 == 0 || product == limit) {
-                    const std::vector<std::uint16_t> many(kManyNormals, normal);
-                    ASSERT_EQ(cone_holds(cone, many, memory), product >= limit)
-                        << axis << " " << cosine << " " << normal;
-                }
+            const std::int64_t product = product_of(cone.axis, normal), limit = std::int64_t{cone.cosine} * 32767;
+            const std::array one{normal}, two_sided{static_cast<std::uint16_t>(normal | kTwoSidedBit)};
+            ASSERT_EQ(cone_holds(cone, one, memory), product >= limit)
+                << cone.axis << " " << cone.cosine << " " << normal;
+            ASSERT_FALSE(cone_holds(cone, two_sided, memory));
+            held += product >= limit ? 1 : 0;
+            at_the_limit += product == limit ? 1 : 0;
+            if (normal % 61 == 0 || product == limit) {
+                const std::vector<std::uint16_t> many(kManyNormals, normal);
+                ASSERT_EQ(cone_holds(cone, many, memory), product >= limit) << cone.axis << " " << cone.cosine;
             }
         }
     EXPECT_GT(held, 20000U);
-    EXPECT_GT(at_the_limit, 10U);
+    EXPECT_GT(at_the_limit, 0U);
 }
 
 TEST(SingleCheck, StreamsOfMappedChunks) {

@@ -73,7 +73,7 @@ TEST(File, BytesDependOnNeitherThreadsNorTheMachine) {
 
 TEST(File, ContentIdIgnoresTheCodecAndSeesEveryPoint) {
     Model model = test::sphere_model(4, test::every_attribute(ColourFormat::rgb888, 4));
-    const auto id = [](const Bytes &file) { return Reader::open(file)->header().content_id; };
+    const auto id = [](const Bytes &file) { return value_of(Reader::open(file)).header().content_id; };
     const ContentId first = id(encode(model, {.compression_level = 1}));
     EXPECT_EQ(first, id(encode(model, {.compression_level = 19})));
     model.metadata = R"({"name":"other"})";
@@ -93,7 +93,7 @@ TEST(File, ChunksLoadOneByOne) {
     levels[0].push_back(reader.root_chunk());
     for (int level = 1; level <= 6; ++level) {
         const auto at = static_cast<std::size_t>(level);
-        const std::vector<ChunkEntry> &entries = (*reader.directory(level))->chunks;
+        const std::vector<ChunkEntry> &entries = value_of(reader.directory(level))->chunks;
         levels[at].resize(entries.size());
         for (std::size_t i = 0; i < entries.size(); ++i)
             ASSERT_TRUE(reader.load_chunk(level, i, levels[at - 1][entries[i].shape.parent_chunk], levels[at][i]).ok());

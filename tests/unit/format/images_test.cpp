@@ -152,7 +152,7 @@ TEST(TiledImage, EveryTruncationAndEveryFlippedBitOfTheDirectoryIsRefused) {
     Bytes section = encode_image(test_image(128, 64, 3), Storage::packed, 3, 1);
     for (std::size_t bytes = 0; bytes < section.size(); ++bytes)
         EXPECT_FALSE(TiledImage::open(ByteView(section).first(bytes), 0)) << bytes;
-    const std::size_t directory_bytes = image_directory_bytes(TiledImage::open(section, 0)->grid());
+    const std::size_t directory_bytes = image_directory_bytes(value_of(TiledImage::open(section, 0)).grid());
     for (std::size_t bit = 0; bit < 8 * directory_bytes; ++bit) {
         section[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
         EXPECT_FALSE(TiledImage::open(section, 0)) << bit;
@@ -257,7 +257,7 @@ TEST(Surroundings, SurviveTheRoundTripWithOneContentId) {
         Model changed = model;
         change(changed);
         const Bytes file = value_of(encode_model(changed));
-        EXPECT_NE(Reader::open(file)->header().content_id, ids[0]);
+        EXPECT_NE(value_of(Reader::open(file)).header().content_id, ids[0]);
     }
 }
 
@@ -340,7 +340,7 @@ TEST(Damage, EveryTruncationAndFlippedBitOfRastersIsRefusedByReaderAndValidator)
 TEST(Damage, OfRastersWithRepairedHashesFindsReaderAndValidatorInAgreement) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         const Bytes file = value_of(encode_model(shaded_model(2, 64, 64), {.storage = storage, .threads = 1}));
-        const std::size_t rasters = Reader::open(file)->section(SectionType::ground_texture)->offset;
+        const std::size_t rasters = value_of(Reader::open(file)).section(SectionType::ground_texture)->offset;
         EXPECT_GT(test::count_refused(file, 300, [&](int round) { return round % 2 == 0 ? rasters : 128; }), 200);
     }
 }

@@ -50,7 +50,7 @@ TEST(MappedStorage, HoldsTheSameModelAsPacked) {
             const Model model = test::sphere_model(depth, test::every_attribute(colour, depth));
             const Bytes packed = encode(model, Storage::packed), mapped = encode(model, Storage::mapped);
             Reader reader = value_of(Reader::open(mapped));
-            EXPECT_EQ(reader.header().content_id, Reader::open(packed)->header().content_id);
+            EXPECT_EQ(reader.header().content_id, value_of(Reader::open(packed)).header().content_id);
             EXPECT_EQ(value_of(load_model(reader, {.threads = 1})), model);
             EXPECT_TRUE(test::read_everything(mapped)) << test::read_everything(mapped).error().message;
             EXPECT_TRUE(validate(mapped, {.threads = 1}).valid());
@@ -288,7 +288,7 @@ TEST(MappedDamage, AChunkIsVerifiedAtFirstTouchAndOnce) {
     file[last] ^= 1;
     EXPECT_TRUE(reader.view_chunk(5, 0));
     Reader other = value_of(Reader::open(file));
-    const std::size_t index = (*other.directory(5))->chunks.size() - 1;
+    const std::size_t index = value_of(other.directory(5))->chunks.size() - 1;
     EXPECT_EQ(reader.view_chunk(5, index).error().code, ErrorCode::bad_hash);
     file[last] ^= 1;
     EXPECT_TRUE(reader.view_chunk(5, index));
@@ -299,7 +299,7 @@ TEST(MappedDamage, AChunkIsVerifiedAtFirstTouchAndOnce) {
 TEST(MappedStorage, SeveralThreadsMayTouchTheSameChunks) {
     const Reader reader = open_with_directories(many_chunks_file());
     Reader again = value_of(Reader::open(many_chunks_file()));
-    const std::size_t chunks = (*again.directory(5))->chunks.size();
+    const std::size_t chunks = value_of(again.directory(5))->chunks.size();
     std::vector<int> verified(4 * chunks);
     parallel_for(verified.size(), 4,
                  [&](std::size_t i) { verified[i] = reader.view_chunk(5, i % chunks).ok() ? 1 : 0; });

@@ -155,7 +155,7 @@ TEST(DefaultCamera, CentresTheModelAndFillsThePicture) {
                 const Projected box = project(default_camera(model, size.x, size.y), model, size);
                 EXPECT_NEAR(box.low.x, -box.high.x, 1e-4);
                 EXPECT_NEAR(box.low.y, -box.high.y, 1e-4);
-                EXPECT_NEAR(box.reach(), kFramedPart, 1e-4);
+                EXPECT_NEAR(box.reach(), 0.95, 1e-4);
             }
 }
 
@@ -206,7 +206,7 @@ TEST(Framed, KeepsTheDirectionAndCentresTheModel) {
         EXPECT_NEAR(glm::length(eye_axes(camera).forward - eye_axes(from).forward), 0, 1e-9);
         const Projected box = project(camera, model, size);
         EXPECT_NEAR(glm::length(box.low + box.high), 0, 1e-4);
-        EXPECT_NEAR(box.reach(), kFramedPart, 1e-4);
+        EXPECT_NEAR(box.reach(), 0.95, 1e-4);
     }
 }
 
@@ -221,7 +221,7 @@ TEST(Framed, HoldsForOrthographicCameras) {
         EXPECT_TRUE(camera.orthographic);
         const Projected box = project(telecentric(camera, model.parameters.grid.edge()), model, size);
         EXPECT_NEAR(glm::length(box.low + box.high), 0, 0.01);
-        EXPECT_NEAR(box.reach(), kFramedPart, 0.01);
+        EXPECT_NEAR(box.reach(), 0.95, 0.01);
     }
 }
 
@@ -240,8 +240,8 @@ TEST(TurntableCamera, KeepsTheModelInThePictureForAWholeTurn) {
                                       axis * glm::dot(axis, v) * (1 - std::cos(angle));
                     reach = std::max(reach, project(camera, model, size).reach());
                 }
-                EXPECT_LE(reach, kFramedPart + 1e-9);
-                EXPECT_GT(reach, kFramedPart - 0.03);
+                EXPECT_LE(reach, 0.95 + 1e-9);
+                EXPECT_GT(reach, 0.95 - 0.03);
             }
 }
 

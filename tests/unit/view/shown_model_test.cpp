@@ -245,7 +245,7 @@ TEST_F(ShownModelTest, DamageIsFoundInEveryChunkAndSection) {
     Reader reader = value_of(Reader::open(file()));
     std::vector<std::uint64_t> offsets;
     for (int level = reader.depth(); level > reader.depth() - 2; --level)
-        for (const ChunkEntry &chunk : (*reader.directory(level))->chunks)
+        for (const ChunkEntry &chunk : value_of(reader.directory(level))->chunks)
             offsets.push_back(chunk.offset);
     for (const std::uint64_t offset : offsets) {
         damaged[offset] ^= 1;
