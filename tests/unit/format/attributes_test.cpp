@@ -131,6 +131,9 @@ TEST(Radius, TwelveStepsAreOneOctaveAndTheLastIsTheEdge) {
         const auto index = static_cast<std::uint8_t>(i);
         EXPECT_NEAR(radius_fraction(index), std::exp2((i - 255) / 12.0), 0x1p-39);
         EXPECT_EQ(radius_index(radius_fraction(index)), index);
+        if (i < 255) {
+            EXPECT_EQ(radius_index(std::nextafter(radius_fraction(index), 1.0)), i + 1) << "what it does not cover";
+        }
     }
     EXPECT_LE(radius_fraction(kMaxFinestRadius), 0.05);
     EXPECT_GT(radius_fraction(kMaxFinestRadius + 1), 0.05);
