@@ -140,7 +140,7 @@ TEST(GridChoice, AGivenVoxelSizeSnapsTheOriginToMultiplesOfIt) {
 TEST(GridChoice, TheFarSideOfTheCubeIsOutsideOfASnappedGridAndInsideOfAGivenOne) {
     const Bounds bounds{{0, 0, 0}, {32, 32, 32}};
     EXPECT_EQ(value_of(snapped_grid(bounds, 1)).depth, 6);
-    EXPECT_EQ(value_of(snapped_grid({{0, 0, 0}, {31.5, 1, 1}}, 1)).depth, 5);
+    EXPECT_EQ(value_of(snapped_grid({{0, 0, 0}, {30.5, 1, 1}}, 1)).depth, 5);
     Surface corners;
     corners.positions = {{0, 0, 0}, {32, 32, 32}};
     GridRequest request;
