@@ -1,6 +1,6 @@
 #include "source_files.h"
 
-#include "pbm_build/grid/poses.h"
+#include "pbm_build/preparing/poses.h"
 #include "pbm_scan/surface_reader.h"
 #include "system/files/file_state.h"
 #include "system/files/mapped_file.h"

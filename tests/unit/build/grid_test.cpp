@@ -1,5 +1,5 @@
 #include "pbm_build/grid/grid_choice.h"
-#include "pbm_build/grid/lattice.h"
+#include "pbm_build/lattice/lattice.h"
 #include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>

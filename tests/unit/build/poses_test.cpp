@@ -1,5 +1,5 @@
 // Poses of scans, and alignment files.
-#include "pbm_build/grid/poses.h"
+#include "pbm_build/preparing/poses.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "pbm_build/grid/grid_choice.h"
-#include "pbm_build/grid/lattice_triangle.h"
-#include "pbm_build/grid/radix_sort.h"
+#include "pbm_build/lattice/lattice_triangle.h"
+#include "pbm_build/lattice/radix_sort.h"
 #include "pbm_build/radii/splat_radius.h"
 #include "pbm_build/radii/tangent_cell.h"
 #include "pbm_build/surface/short_normal.h"

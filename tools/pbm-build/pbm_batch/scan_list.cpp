@@ -166,6 +166,8 @@ std::string advice(const Scan &a, const Scan &b, const fs::path &root) {
            ", below which both lie, models lie as they do";
 }
 
+} // namespace
+
 std::string kinds_of(std::span<const LeftOut> left_out) {
     std::map<std::string, std::size_t> counts;
     for (const LeftOut &each : left_out)
