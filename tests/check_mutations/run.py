@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Makes one mutation of the code after the other, and says which of them no test fails on: run.py [--first] BUILD [NUMBER...]
-run.py --values [--first] BUILD [NUMBER...]
+"""Makes one mutation of the code after the other, and says which of them no test fails on: run.py [--vectors] BUILD [NUMBER...]
+run.py --values BUILD [NUMBER...]
 
 Without --values each check of the reading side is removed; BUILD holds the program `check_mutations`. With it each row of
 mutations.csv is another value of a constant, a comparison or a rounding of the builder and the renderers; BUILD holds the
-programs FAMILY_mutations. A switch in the environment makes the mutation; the tests run, those first that catch the most
-(or that the row names), until one of them fails. A mutation that no test catches must have its reason in unreachable.csv
-(checks) or in its row; a reason for one that is caught after all, or is there no more, is as wrong. Numbers choose
-mutations; with --first no other tests run but the first ones, for checks those of format_spec/vectors.
+programs FAMILY_mutations. A switch in the environment makes the mutation; the tests run until one of them fails: for checks
+those first that catch the most, for values those that the row names. A mutation that no test catches must have its reason
+in unreachable.csv (checks) or in its row; a reason for one that is caught after all, or is there no more, is as wrong.
+Numbers choose mutations; with --vectors no other tests run but those of format_spec/vectors.
 Exit code 0: every mutation is caught or excused, 1: not.
 """
 
@@ -41,7 +41,7 @@ class Run:
         rows = []
         for listing in sorted(folder.glob("*_values.json")):
             program = listing.name.replace("_values.json", "_mutations")
-            rows += [row | {"program": program, "stages": [row["tests"], f"-{row['tests']}"]}
+            rows += [row | {"program": program, "stages": [row["tests"]]}
                      for row in json.loads(listing.read_text(encoding="utf-8"))]
         return rows
 
@@ -53,8 +53,8 @@ class Run:
                                "--gtest_brief=1"], env=os.environ | {"PBM_SWITCH": str(number)}, stdout=subprocess.DEVNULL,
                               stderr=subprocess.DEVNULL, preexec_fn=limit, check=False).returncode != 0
 
-    def is_caught(self, mutation, first):
-        stages = mutation["stages"][:1] if first else mutation["stages"]
+    def is_caught(self, mutation, quick):
+        stages = mutation["stages"][:1] if quick else mutation["stages"]
         return any(self.fails(mutation["program"], mutation["number"], selection) for selection in stages)
 
 def read_excuses(kind, mutations):
@@ -90,7 +90,7 @@ def report(mutations, survivors, excuses, seconds, whole):
     print(f"{seconds:.0f} seconds")
     return 1 if open_ones or stale else 0
 
-def main(build, kind, first, numbers):
+def main(build, kind, quick, numbers):
     run = Run(build, kind)
     mutations = run.mutations()
     excuses = read_excuses(kind, mutations)
@@ -99,17 +99,18 @@ def main(build, kind, first, numbers):
     if not mutations:
         sys.exit("no mutations")
     for program in {mutation["program"] for mutation in mutations}:
-        if run.fails(program, 0, "*" if kind == "values" and not first else ":".join(
-                sorted({mutation["stages"][0] for mutation in mutations if mutation["program"] == program}))):
+        selections = {selection for mutation in mutations if mutation["program"] == program
+                      for selection in mutation["stages"][:1 if quick else None]}
+        if any(run.fails(program, 0, selection) for selection in sorted(selections)):
             sys.exit(f"{program}: the tests fail without a mutation")
     start = time.monotonic()
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        caught = list(pool.map(lambda mutation: run.is_caught(mutation, first), mutations))
+        caught = list(pool.map(lambda mutation: run.is_caught(mutation, quick), mutations))
     survivors = [mutation for mutation, found in zip(mutations, caught) if not found]
-    return report(mutations, survivors, excuses, time.monotonic() - start, not numbers and not first)
+    return report(mutations, survivors, excuses, time.monotonic() - start, not numbers and not quick)
 
 if __name__ == "__main__":
     words = [word for word in sys.argv[1:] if not word.startswith("--")]
     if not words:
         sys.exit(__doc__)
-    sys.exit(main(words[0], "values" if "--values" in sys.argv else "checks", "--first" in sys.argv, words[1:]))
+    sys.exit(main(words[0], "values" if "--values" in sys.argv else "checks", "--vectors" in sys.argv, words[1:]))

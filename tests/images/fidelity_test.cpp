@@ -2,7 +2,6 @@
 #include "fidelity.h"
 #include "pbm_format/writing/writer.h"
 #include "procedural_mesh.h"
-#include "unit/support/value_of.h"
 #include "voxel_model.h"
 
 #include <gtest/gtest.h>
@@ -22,9 +21,8 @@ struct Shape {
 struct Subject {
     explicit Subject(const Shape &shape)
         : mesh(shape.make()), rays(mesh, glm::dvec3(0)), model(voxelise_by_brute_force(mesh, 10, 1.6)),
-          bounds(find_extent(model).sphere),
-          file(value_of(encode_model(model, {.compression_level = 1, .threads = 2}))),
-          streamed(value_of(Reader::open(file))),
+          bounds(find_extent(model).sphere), file(encode_model(model, {.compression_level = 1, .threads = 2}).value()),
+          streamed(Reader::open(file).value()),
           renderer(streamed.reader().parameters(), streamed.reader().header().chunk_points, 2) {}
 
     std::array<Camera, 8> cameras(int width, int height) const {

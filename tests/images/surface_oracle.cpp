@@ -3,7 +3,6 @@
 #include "pbm_format/model/normal.h"
 #include "pbm_format/model/octree.h"
 #include "system/threads/parallel.h"
-#include "unit/support/value_of.h"
 
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -92,7 +91,7 @@ void SurfaceOracle::replace_normals(Model &model) const {
     std::vector<MortonCode> codes{0};
     for (std::size_t level = 1; level < model.levels.size(); ++level) {
         std::vector<std::uint16_t> &normals = model.levels[level].points.normals;
-        codes = value_of(expand_level(codes, model.levels[level].masks, normals.size()));
+        codes = expand_level(codes, model.levels[level].masks, normals.size()).value();
         const double edge = grid_.voxel_size_at(static_cast<int>(level));
         parallel_for((normals.size() + kOraclePoints - 1) / kOraclePoints, 0, [&](std::size_t block) {
             const std::size_t end = std::min(normals.size(), (block + 1) * kOraclePoints);

@@ -2,7 +2,6 @@
 
 #include "embree_scene.h"
 #include "system/threads/parallel.h"
-#include "unit/support/value_of.h"
 
 #include <glm/geometric.hpp>
 
@@ -154,7 +153,7 @@ TowardsLight towards_light(const Light &light, const Grid &grid, const glm::dvec
 SampledPoints sample_model(const ShadowTruth &truth, const Model &model, std::size_t stride, int threads) {
     std::vector<MortonCode> codes{0};
     for (std::size_t level = 1; level < model.levels.size(); ++level)
-        codes = value_of(expand_level(codes, model.levels[level].masks, model.levels[level].points.size()));
+        codes = expand_level(codes, model.levels[level].masks, model.levels[level].points.size()).value();
     SampledPoints sample;
     for (std::size_t i = 0; i < codes.size(); i += stride)
         sample.points.push_back(i);

@@ -319,6 +319,34 @@ TEST(ShadowRays, BytesAreTheSameForAnyNumberOfThreads) {
         EXPECT_EQ(lit_below_triangles(threads), expected) << threads;
 }
 
+// A curved floor of triangles that cut its voxels anywhere, under lights that graze it.
+TEST(ShadowRays, OnACurvedFloorGiveTheirGoldenBytes) {
+    const auto height = [](int x, int z) {
+        return 6.3F + static_cast<float>((x - 32) * (x - 32) + (z - 20) * (z - 20)) / 64;
+    };
+    VoxelScene scene;
+    std::vector<Triangle> triangles;
+    for (int z = 0; z < 64; ++z)
+        for (int x = 0; x < 64; ++x) {
+            scene.add(x, static_cast<int>(height(x, z)), z, {(32 - x) / 32.0, 1, (20 - z) / 32.0});
+            const auto corner = [&](int i, int j) {
+                return Position{static_cast<float>(x + i), height(x + i, z + j), static_cast<float>(z + j)};
+            };
+            triangles.push_back({corner(0, 0), corner(1, 0), corner(0, 1)});
+            triangles.push_back({corner(1, 0), corner(1, 1), corner(0, 1)});
+        }
+    const Model model = scene.model();
+    const TriangleTree tree = tree_of(triangles, 2);
+    const ShadowCasters casters(model, 2);
+    const ShadowRays rays(casters, tree, 2);
+    Bytes all;
+    for (const Light &light : {sun({1, -0.2, 0.1}), sun({-0.3, -0.1, 1}), lamp({30, 12, 30}), lamp({60, 40, 5})}) {
+        const Bytes lit = bake_light(casters, light, {.maps = 8, .bits = 4, .light_size = 0.2, .rays = &rays});
+        all.insert(all.end(), lit.begin(), lit.end());
+    }
+    EXPECT_EQ(hash64(all), 0U);
+}
+
 // The same for every compiler and machine.
 TEST(ShadowRays, GiveTheirGoldenBytes) { EXPECT_EQ(hash64(lit_below_triangles(2)), 505809410370228365U); }
 

@@ -312,6 +312,28 @@ TEST(Shadows, HaveTheirGoldenBytes) {
     EXPECT_EQ(hash64(all), 5645859874839032164U);
 }
 
+// Nothing in it is flat or hard: a curved floor, open on its other side, and a ball; lights that graze it, lie within
+// it, close by, and so far away that they are parallel or just not.
+TEST(Shadows, OfCurvedSurfacesHaveTheirGoldenBytes) {
+    VoxelScene scene;
+    for (int z = 0; z < 64; ++z)
+        for (int x = 0; x < 64; ++x) {
+            const int u = x - 32, v = z - 20;
+            scene.add(x, 6 + (u * u + v * v) / 60, z, {-u / 30.0, 1, -v / 30.0}, (x + z) % 7 == 0);
+        }
+    scene.add_sphere({31, 40, 30}, 8);
+    Bytes all;
+    for (const bool closed : {false, true}) {
+        const Model model = scene.model(closed);
+        for (const Light &light : {sun({1, -0.25, 0.1}), sun({0.1, 1, 0}), lamp({30, 26, 30}), lamp({32, 41, 33}),
+                                   lamp({32, 120, 40}), lamp({20000, 60000, 10000})}) {
+            const Bytes lit = bake(model, light, kSoft);
+            all.insert(all.end(), lit.begin(), lit.end());
+        }
+    }
+    EXPECT_EQ(hash64(all), 0U);
+}
+
 // The disc of a voxel of radius 0.87 reaches 0.83 x 0.87 = 0.72 voxels far: just over the corners of its voxel. The
 // nearest texel to a voxel beside it lies anywhere in that voxel, so the disc's share of it is in shadow: 16 %, with a
 // disc of 0.87 voxels 31 %.

@@ -166,6 +166,19 @@ Bytes outliers_of_all(const std::vector<LatticePoint> &points) {
     return outliers;
 }
 
+TEST(Outliers, HaveMoreThanFourTimesTheUsualSpacing) {
+    std::vector<float> spacings(100, 1);
+    spacings[40] = 4;
+    spacings[50] = 4.1F;
+    std::vector<std::uint32_t> nearest; // the first eight points are the neighbours of all
+    for (std::size_t i = 0; i < spacings.size(); ++i)
+        for (std::uint32_t k = 0; k < kSpacingNeighbours; ++k)
+            nearest.push_back(k);
+    Bytes expected(spacings.size(), 0);
+    expected[50] = 1;
+    EXPECT_EQ(find_outliers(spacings, nearest), expected);
+}
+
 TEST(Outliers, AreThoseThatSpacingsOfAllPointsName) {
     // A dense and a sparse region without outliers, and five stray points, three of them close together.
     std::mt19937 random(3);

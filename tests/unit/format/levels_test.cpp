@@ -32,6 +32,19 @@ TEST(AverageNormals, AreTwoSidedIfTheSumIsLessThanHalfAsLongAsItCanBe) {
         }
 }
 
+// Squares of sums of many votes need more than 64 bits.
+TEST(AverageNormals, NoNumberOfVotesOverflows) {
+    for (int bits = 1; bits <= 31; ++bits)
+        for (std::int64_t tenths = 1; tenths < 20; tenths += 2) {
+            PointSums sums;
+            sums.votes = std::uint64_t{1} << bits;
+            const std::int64_t half = std::int64_t{32767} << (bits - 1);
+            sums.normal = {0, tenths * half / 10, 0};
+            sums.moment = {0, 0, 0, 1, 0, 0};
+            EXPECT_EQ((average_normal(sums) & kTwoSidedBit) != 0, tenths < 10) << bits << " bits, " << tenths;
+        }
+}
+
 // BVG.md 7.3: of equal ones the lowest.
 TEST(AverageNormals, OfEqualMomentsTheFirstAxisGivesThePlane) {
     PointSums sums;
