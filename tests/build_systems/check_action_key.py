@@ -78,7 +78,7 @@ def fetch_or_build(machine):
     (work / "calls").write_text("")
     run("sh", "-c", recipe, folder=folder, PBM_REMOTE=str(remote), PATH=f"{counting}:{programs}:{os.environ['PATH']}")
     expect(sorted(p.name for p in folder.iterdir()) == ["scan.ply", "scan.pbvg"][::-1], f"{machine} keeps other files")
-    return len((work / "calls").read_text().splitlines()) == 2, (folder / "scan.pbvg").read_bytes()
+    return len((work / "calls").read_text().splitlines()) == 3, (folder / "scan.pbvg").read_bytes()
 
 
 def ply(size):
