@@ -49,7 +49,7 @@ ROOMS = {
     "runtime/viewer": [
         "pictures", "options", "measure opening", "navigation clipping", "scene", "light", "pbm-render pbm-view",
         "pbm-view/window"],
-    "tools/pbm_scan": ["surface", "text", "fields packing", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
+    "tools/pbm_scan": ["surface", "text", "fields packing conventions", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
     "tools/pbm-build/pbm_build": [
         "report", "surface", "fields grid images hole_filling", "winding", "mesh_repair", "voxels", "neighbours", "normals radii texture", "upsampling parts", "panorama", "scene", "."],
     "data/pbm-sample": ["noise", "ammonite points", "ply", "."],
@@ -87,7 +87,7 @@ HOMES = {
     r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/window/presenter\.cpp",
     r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/window/(overlay|panel|start_page)\.cpp",
     r"isa-l/.*": r"runtime/viewer/pictures/image_writer\.cpp",
-    r"jpeglib\.h": r"tools/pbm_scan/images/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
+    r"(jpeglib|jerror)\.h": r"tools/pbm_scan/images/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
     r"stb/stb_easy_font\.h": r"runtime/viewer/pictures/legend\.cpp",
     r"png\.h|stb/(?!stb_easy_font).*|webp/.*": r"tools/pbm_scan/images/image_decoder\.cpp",
     r"malloc\.h": r"system/processes/(this_process|paged_heap)\.cpp",
