@@ -39,6 +39,10 @@ class GltfDocument {
 
     const Json *root(const char *key) const { return member(&json_, key); }
     const std::string &path() const { return path_; }
+    // Of the file and of the files and data URIs that were read.
+    std::uint64_t bytes() const { return size_ + further_bytes_; }
+    // Lines about the file as a whole.
+    const std::vector<AttributeReport> &report() const { return report_; }
 
     // What `uri` names, or bytes that it holds itself.
     Result<GltfResource> resource(const std::string &uri) const;
@@ -52,6 +56,9 @@ class GltfDocument {
 
     // Elements of an accessor, one after the other; integers as they are, or divided by their maximum where the
     // accessor says so. `components`: wanted per element; absent ones of a shorter element are `filled`.
+    //
+    // errors  bad_input  damaged
+    //         too_large  accessors want many more numbers than the file has bytes
     Result<std::vector<float>> floats(std::size_t accessor, std::size_t components, float filled = 1);
     Result<std::vector<std::uint32_t>> indices(std::size_t accessor);
     // Elements of an accessor, without reading it.
@@ -81,7 +88,9 @@ class GltfDocument {
     ByteView binary_; // chunk of a GLB
     std::string path_;
     std::size_t size_;                              // of the file, which bounds what accessors without data may claim
-    std::map<std::size_t, GltfResource> resources_; // of buffers
+    std::uint64_t further_bytes_ = 0, numbers_ = 0; // of other files; read from accessors
+    std::vector<AttributeReport> report_;
+    std::map<std::size_t, GltfResource> resources_;                 // of buffers
     std::map<std::size_t, std::vector<std::uint8_t>> decompressed_; // views
 };
 
