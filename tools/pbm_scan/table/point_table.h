@@ -31,15 +31,16 @@ enum class ColumnRole : std::uint8_t {
     field // the first one that is kept; the next numbers are further ones
 };
 
-// The role of each column by its name: x y z, nx ny nz, normal_x ..., r g b, red ..., Rf Gf Bf, rgb, rgba, intensity,
-// i, in any case. The first column of a role counts; groups of three must be whole.
+// The role of each column by its name: x y z (without x and y also lon lat height, which are degrees), nx ny nz,
+// normal_x ..., r g b, red ..., Rf Gf Bf, rgb, rgba, intensity, i, in any case. The first column of a role counts;
+// groups of three must be whole.
 std::vector<ColumnRole> roles_of(const std::vector<std::string> &names);
 
 // Points of a table; arrays are as long as `positions`, or empty.
 struct PointTable {
     std::vector<glm::dvec3> positions;
     std::vector<glm::vec3> normals;
-    std::vector<glm::vec3> colours;    // as in the file: 0..1, 0..255 or 0..65,535, by the largest of all
+    std::vector<glm::vec3> colours;    // as in the file: 0..1, 0..255 or 0..65,535 (conventions/colour_range.h)
     std::vector<std::uint32_t> packed; // 0xRRGGBB
     std::uint64_t missing_packed = 0;  // of these, black for want of a whole number of 32 bits
     std::vector<double> intensities;
