@@ -6,7 +6,8 @@
 namespace pbm::build {
 
 // JSON object: credits, and of the options those that were given and shape the file. `colour`: as the file has it.
-// `crs`: the coordinate reference system of the scan; cleared where it is no UTF-8 or the section has no room for it.
+// `crs`: the coordinate reference system of the scan; its name and number where the section has no room for all of it;
+// cleared where it is no UTF-8 or there is no room at all.
 //
 // errors  usage  not UTF-8, or longer than 4 KB
 Result<std::string> make_metadata(const BuildOptions &build, ColourFormat colour, std::string &crs);

@@ -41,6 +41,8 @@ struct BuildOptions {
     SceneRequest scene;
     MeshRequest mesh;
     std::vector<FieldRequest> fields;              // at most kMaxFields
+    bool is_geographic = false;                    // x and y of the inputs are degrees
+    bool keep_placeholders = false;                // keep points that stand for no measurement
     std::bitset<256> dropped_classes{};            // points with these classes are left out
     std::optional<double> crease_angle;            // degrees, 0..180; creases.h
     std::vector<std::array<double, 3>> viewpoints; // estimated normals face them; model units. One for all, or one for
