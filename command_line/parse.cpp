@@ -458,13 +458,13 @@ Error unknown_name(const CommandLine &line, const std::string &name) {
 
 int print_help(const ProgramHelp &help, const std::string &topic) {
     if (const auto script = completion_script(help, topic)) {
-        std::cout << *script;
+        print_text(*script);
         return 0;
     }
     const auto page = help_page(help, topic);
     if (!page)
         return fail_usage(help.program, page.error().message);
-    std::cout << *page;
+    print_text(*page);
     return 0;
 }
 
