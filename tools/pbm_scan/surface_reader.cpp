@@ -54,7 +54,12 @@ Result<Surface> read_file(std::span<const std::uint8_t> bytes, std::string_view 
     Result<Surface> surface = format->read({text->bytes, place}, options);
     if (surface) {
         apply_convention(format->name, extension, *surface);
-        if (options.is_geographic || surface->convention.is_geographic)
+        const bool are_degrees = options.is_geographic || surface->convention.is_geographic;
+        if (are_degrees && options.is_one_of_several)
+            return bad_input(
+                "x and y are degrees, and the metres of several inputs have no common origin; convert them "
+                "to one projected coordinate reference system first");
+        if (are_degrees)
             degrees_to_metres(*surface, surface->convention.height_metres);
         else if (look_like_degrees(*surface))
             surface->report.push_back({"x and y", Fate::kept,
