@@ -121,6 +121,14 @@ void work_on(std::string_view path) { file_worked_on() = path; }
 
 namespace {
 
+// Whether a name is a URL: a scheme of at least two letters, "://".
+bool is_url(std::string_view name) {
+    const std::size_t end = name.find("://");
+    return end != std::string_view::npos && end >= 2 &&
+           std::all_of(name.begin(), name.begin() + static_cast<std::ptrdiff_t>(end),
+                       [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '+'; });
+}
+
 // Who runs out of memory under a limit on its address space cannot use the memory that is free.
 std::string with_limit(const Error &error) {
     const auto limit = error.code == ErrorCode::memory ? address_space_limit() : std::nullopt;
@@ -136,7 +144,9 @@ int fail(std::string_view program, std::string_view path, const Error &error) {
     std::string line(path);
     if (!path.empty())
         line += ": ";
-    const std::string message = with_limit(error);
+    std::string message = with_limit(error);
+    if (error.code == ErrorCode::io && is_url(path))
+        message += "; this is a URL, and PBM reads and writes files: download or upload it with another program";
     note_failure(path, error, message);
     line += message;
     if (has_offset(error))
@@ -261,18 +271,28 @@ int run_without_exceptions(std::string_view program, const std::function<int()> 
     }
 }
 
-// Flushes standard output. The C library forgets why an earlier write failed, and the same reason holds for one more
-// byte.
-Status flush_standard_output() {
+// Flushes standard output; returns 0 or the system's number of an error. The C library forgets why an earlier write
+// failed, and the same reason holds for one more byte.
+int flush_standard_output() {
     const bool flushed = std::fflush(stdout) == 0;
     if (flushed && std::ferror(stdout) == 0 && std::cout.flush())
-        return {};
+        return 0;
     const std::uint8_t line_feed = '\n';
     const int error = write_all(kStandardOutput, {&line_feed, 1});
-    return lost_output(error != 0 ? error : EIO);
+    return error != 0 ? error : EIO;
+}
+
+bool &output_may_be_cut() {
+    static bool may_be_cut = false;
+    return may_be_cut;
 }
 
 } // namespace
+
+void print_text(std::string_view text) {
+    output_may_be_cut() = true;
+    std::cout << text;
+}
 
 int run_program(std::string_view program, const std::function<int()> &run) {
     make_write_errors_returns();
@@ -284,8 +304,8 @@ int run_program(std::string_view program, const std::function<int()> &run) {
     }
     if (code != 0)
         write_failure(program, code);
-    if (const Status printed = flush_standard_output(); !printed && code == 0)
-        code = fail(program, output_name("-"), printed.error());
+    if (const int lost = flush_standard_output(); lost != 0 && code == 0 && !(lost == EPIPE && output_may_be_cut()))
+        code = fail(program, output_name("-"), lost_output(lost));
     return code;
 }
 

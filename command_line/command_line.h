@@ -69,6 +69,9 @@ std::string output_name(const std::string &path);
 Status write_bytes(const std::string &path, ByteView bytes);
 Status write_text(const std::string &path, std::string_view text);
 
+// Prints a page of help: it is no error if the reader of standard output does not want all of it ("| head").
+void print_text(std::string_view text);
+
 // Stream for a program's report: standard output, or standard error if one of `outputs` is standard output. Null if
 // standard output is lost, or if it takes the JSON, which says the same.
 std::ostream *report_stream(std::span<const OutputFile> outputs);

@@ -463,13 +463,13 @@ int print_help(const CommandLine &line, ProgramHelp help, const std::string &top
                 option != nullptr && option->rules.proposals)
                 entry.proposals = option->rules.proposals();
     if (const auto script = completion_script(help, topic)) {
-        std::cout << *script;
+        print_text(*script);
         return 0;
     }
     const auto page = help_page(help, topic);
     if (!page)
         return fail_usage(help.program, page.error().message);
-    std::cout << *page;
+    print_text(*page);
     return 0;
 }
 

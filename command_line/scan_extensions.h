@@ -8,8 +8,8 @@
 
 namespace pbm::command_line {
 
-inline constexpr std::array<std::string_view, 15> kScanExtensions{".ply", ".gltf", ".glb", ".obj", ".stl",
-                                                                  ".off", ".e57",  ".ptx", ".las", ".laz",
-                                                                  ".spz", ".pcd",  ".xyz", ".pts", ".asc"};
+inline constexpr std::array<std::string_view, 17> kScanExtensions{".xyzrgb", ".xyzn", ".ply", ".gltf", ".glb", ".obj",
+                                                                  ".stl",    ".off",  ".e57", ".ptx",  ".las", ".laz",
+                                                                  ".spz",    ".pcd",  ".xyz", ".pts",  ".asc"};
 
 } // namespace pbm::command_line

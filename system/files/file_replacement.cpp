@@ -114,8 +114,10 @@ Descriptor take_stale(int folder, const std::string &name) {
 // Creates or takes over an empty sibling that only this process writes; returns it with its name. The lock lasts as
 // long as this process; on file systems without locks there is no protection.
 Result<std::pair<Descriptor, std::string>> open_sibling(int folder, const std::string &base) {
-    constexpr int kMaxWriters = 99; // of one file at once
-    const auto numbered = [&](int i) { return base + ".pbm-" + std::to_string(i); };
+    constexpr int kMaxWriters = 99;       // of one file at once
+    constexpr std::size_t kMaxEnding = 7; // ".pbm-99"
+    const std::string stem = base.substr(0, std::min(base.size(), NAME_MAX - kMaxEnding));
+    const auto numbered = [&](int i) { return stem + ".pbm-" + std::to_string(i); };
     for (int i = 1; i <= kMaxWriters; ++i) {
         std::string name = numbered(i);
         Descriptor file(::openat(folder, name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));

@@ -50,7 +50,7 @@ ROOMS = {
     "runtime/viewer": [
         "pictures", "options", "opening", "navigation", "scene", "pbm-render pbm-view/light pbm-view/measure",
         "pbm-view/clipping", "pbm-view/window", "pbm-view/drawing", "pbm-view/opening", "pbm-view"],
-    "tools/pbm_scan": ["surface", "text", "fields packing", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
+    "tools/pbm_scan": ["surface", "text", "fields packing conventions", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
     "tools/pbm-build/pbm_build": [
         "report", "lattice surface", "fields grid images hole_filling", "winding", "mesh_repair", "voxels", "neighbours",
         "normals radii texture", "upsampling parts", "panorama", "scene", "preparing", "."],
@@ -94,7 +94,7 @@ HOMES = {
     r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/window/presenter\.cpp",
     r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/window/(overlay|panel|start_page)\.cpp",
     r"isa-l/.*": r"runtime/viewer/pictures/image_writer\.cpp",
-    r"jpeglib\.h": r"tools/pbm_scan/images/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
+    r"(jpeglib|jerror)\.h": r"tools/pbm_scan/images/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
     r"stb/stb_easy_font\.h": r"runtime/pbm_render/appearance/legend\.cpp",
     r"png\.h|stb/(?!stb_easy_font).*|webp/.*": r"tools/pbm_scan/images/image_decoder\.cpp",
     r"malloc\.h": r"system/processes/(this_process|paged_heap)\.cpp",

@@ -9,7 +9,8 @@
 namespace pbm::mutants {
 
 struct Announced {
-    std::uint64_t vertices = 0; // not of STL
+    std::uint64_t vertices = 0;         // not of STL
+    std::uint64_t unnamed_vertices = 0; // of these, which a reader may leave out: no index names them
     // Triangles, degenerate ones included. A face of n corners, all different, has n - 2; one in which corners are
     // equal has 1 to n - 2, since readers may take equal corners for one; one of fewer than three counts as one.
     std::uint64_t min_triangles = 0, max_triangles = 0;

@@ -190,6 +190,8 @@ std::optional<Announced> count_gltf(std::string_view bytes) {
             const std::uint64_t vertices = count_of(member(member(primitive, "attributes"), "POSITION"));
             const std::uint64_t corners = primitive.contains("indices") ? count_of(primitive["indices"]) : vertices;
             sum.vertices += vertices;
+            if (primitive.contains("indices") && (kind == 0 || corners < vertices)) // those that are named
+                sum.unnamed_vertices += vertices;
             sum.min_triangles += kind == 4 && vertices != 0 ? (corners + 2) / 3 : 0;
             sum.max_triangles += kind == 4 ? (corners + 2) / 3 : kind > 4 ? corners : 0;
         }

@@ -67,10 +67,13 @@ std::optional<Announced> count_off(std::string_view bytes) {
     for (const std::string &line : lines(without_mark(bytes)))
         if (Words w = words(line.substr(0, line.find('#'))); !w.empty())
             rows.push_back(std::move(w));
-    if (rows.empty() || rows[0][0].size() < 3 || rows[0][0].substr(rows[0][0].size() - 3) != "OFF")
+    const std::size_t off = rows.empty() ? std::string::npos : rows[0][0].find("OFF");
+    if (off == std::string::npos)
         return std::nullopt;
     std::size_t row = 0;
-    rows[0].erase(rows[0].begin());
+    rows[0][0].erase(0, off + 3); // "OFF8 12 0"
+    if (rows[0][0].empty())
+        rows[0].erase(rows[0].begin());
     if (rows[0].empty())
         ++row;
     long long vertices = 0, faces = 0;
@@ -78,9 +81,17 @@ std::optional<Announced> count_off(std::string_view bytes) {
         !whole_number(rows[row][1], faces) || vertices < 0 || faces < 0)
         return std::nullopt;
     ++row;
-    if (rows.size() - row != static_cast<std::size_t>(vertices) + static_cast<std::size_t>(faces))
+    const std::size_t rows_of_scan = static_cast<std::size_t>(vertices) + static_cast<std::size_t>(faces);
+    if (rows.size() - row < rows_of_scan)
         return std::nullopt;
     Announced sum{.vertices = static_cast<std::uint64_t>(vertices)};
+    if (rows.size() - row > rows_of_scan) { // text behind the last face, but no further row
+        char *end = nullptr;
+        if (std::strtod(rows[row + rows_of_scan][0].c_str(), &end), *end == '\0')
+            return std::nullopt;
+        sum.something_unknown = true;
+        rows.resize(row + rows_of_scan);
+    }
     for (row += static_cast<std::size_t>(vertices); row < rows.size(); ++row) {
         long long size = 0;
         if (!whole_number(rows[row][0], size) || size < 0 || rows[row].size() < static_cast<std::size_t>(size) + 1)
@@ -100,15 +111,20 @@ std::optional<Announced> count_stl(std::string_view bytes) {
         std::uint64_t facets = 0;
         for (const std::size_t at : {83U, 82U, 81U, 80U})
             facets = facets << 8 | static_cast<unsigned char>(bytes[at]);
-        if (84 + 50 * facets == bytes.size()) {
+        const std::uint64_t size = 84 + 50 * facets;
+        const bool is_longer = facets != 0 && size < bytes.size() && (bytes.size() - size) % 50 != 0 &&
+                               bytes.substr(0, 84).find('\0') != std::string_view::npos;
+        if (size == bytes.size() || is_longer) {
             sum.min_triangles = sum.max_triangles = facets;
+            sum.something_unknown = is_longer;
             return sum;
         }
     }
     std::size_t begun = 0, ended = 0;
     for (const std::string &line : lines(without_mark(bytes))) {
         const Words w = words(line);
-        const std::string keyword = w.empty() ? "" : lower(w[0]);
+        const bool is_end = w.size() > 1 && lower(w[0]) == "end"; // "end solid"
+        const std::string keyword = w.empty() ? "" : is_end ? "end" + lower(w[1]) : lower(w[0]);
         begun += keyword == "solid" ? 1U : 0U;
         ended += keyword == "endsolid" ? 1U : 0U;
         sum.max_triangles += keyword == "facet" ? 1U : 0U;

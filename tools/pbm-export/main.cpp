@@ -1,13 +1,16 @@
 // pbm-export: writes the points of a .pbvg file as PLY.
 #include "command_line/common_options.h"
 #include "command_line/json_report.h"
+#include "command_line/scan_extensions.h"
 #include "ply_points.h"
+#include "system/files/file_names.h"
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"
 #include "system/processes/this_process.h"
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <iostream>
@@ -146,10 +149,22 @@ std::string to_json(const Arguments &arguments, const Outcome &outcome) {
     return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
+// Whether a file with this extension would be taken for a scan in another format.
+bool is_other_format(std::string_view extension) {
+    const auto &formats = command_line::kScanExtensions;
+    return extension != ".ply" && (extension == ".csv" || extension == ".txt" ||
+                                   std::find(formats.begin(), formats.end(), extension) != formats.end());
+}
+
 int run(int argc, char **argv) {
     Arguments arguments;
     if (const auto done = parse(argc, argv, arguments))
         return *done;
+    if (const std::string extension = lower_extension(arguments.output); is_other_format(extension))
+        return command_line::fail_usage(kProgram, arguments.output +
+                                                      ": pbm-export writes PLY alone; name the output "
+                                                      ".ply, and convert it to " +
+                                                      extension + " with another program");
     const std::array<command_line::OutputFile, 2> outputs{{{"--output", arguments.output}, {"--json", arguments.json}}};
     if (const auto refused = command_line::refuse_outputs(kProgram, {{arguments.input}}, outputs))
         return *refused;

@@ -1,5 +1,6 @@
 #include "pbm_scan/foreign_formats.h"
 
+#include "pbm_scan/text/stand_in.h"
 #include "pbm_scan/text/text_lines.h"
 
 #include <array>
@@ -8,10 +9,26 @@ namespace pbm::build {
 namespace {
 
 struct ForeignFormat {
-    std::string_view magic;     // first bytes of the file; empty: recognised by the extension
+    std::string_view magic;     // first bytes of the file, as a whole word; empty: recognised by the extension
     std::string_view extension; // lower case, with the dot; empty: recognised by the magic
     std::string_view what;      // "the file is ..."
 };
+
+bool continues_word(char c) {
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+}
+
+// "camera x y z" names columns of a table.
+bool begins_with(std::string_view text, std::string_view magic) {
+    if (!text.starts_with(magic))
+        return false;
+    const std::string_view rest = text.substr(magic.size());
+    if (magic == "BZh") // and the digit of its level
+        return rest.empty() || (rest.front() >= '1' && rest.front() <= '9' && (rest.size() == 1 || rest[1] == '1'));
+    return rest.empty() || (magic.back() == ' '            ? rest.find_first_of("-.0123456789") == 0
+                            : continues_word(magic.back()) ? !continues_word(rest.front()) && rest.front() != ','
+                                                           : true);
+}
 
 constexpr auto kForeign = std::to_array<ForeignFormat>({
     {"\x89"
@@ -26,6 +43,9 @@ constexpr auto kForeign = std::to_array<ForeignFormat>({
     {"Kaydara FBX", ".fbx", "FBX; convert it to PLY"},
     {"DRACO", ".drc", "a Draco mesh; convert it to PLY"},
     {"ISO-10303", ".step", "STEP; convert it to PLY"},
+    {"# 3D point list with one line of data per point:", "",
+     "COLMAP's text of points, whose rows have different lengths; write PLY with colmap model_converter --output_type "
+     "PLY"},
     {"# vtk DataFile", ".vtk", "VTK; convert it to PLY"},
     {"#VRML", ".wrl", "VRML; convert it to PLY"},
     {"\x1f\x8b", "", "compressed by gzip twice; unpack it first"},
@@ -53,8 +73,10 @@ constexpr auto kForeign = std::to_array<ForeignFormat>({
 } // namespace
 
 std::optional<std::string> foreign_by_content(std::span<const std::uint8_t> bytes) {
+    if (const auto instead = stand_in(as_text(bytes)))
+        return "the file is " + *instead;
     for (const ForeignFormat &format : kForeign)
-        if (!format.magic.empty() && as_text(bytes).starts_with(format.magic))
+        if (!format.magic.empty() && begins_with(as_text(bytes), format.magic))
             return "the file is " + std::string(format.what);
     constexpr std::size_t kTarMagicAt = 257;
     if (bytes.size() > kTarMagicAt && as_text(bytes.subspan(kTarMagicAt)).starts_with("ustar"))

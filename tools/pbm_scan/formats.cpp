@@ -35,7 +35,7 @@ constexpr std::array kFormats{
     ScanFormat{"las", ".las .laz", is_las, alone<read_las>},
     ScanFormat{"spz", ".spz", is_spz, alone<read_spz>},
     ScanFormat{"pcd", ".pcd", is_pcd, alone<read_pcd>},
-    ScanFormat{"xyz", ".xyz .pts .asc .csv .txt", nullptr, alone<read_text_cloud>, nullptr, true},
+    ScanFormat{"xyz", ".xyz .xyzrgb .xyzn .pts .asc .csv .txt", nullptr, alone<read_text_cloud>, nullptr, true},
 };
 
 } // namespace

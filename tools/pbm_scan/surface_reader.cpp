@@ -1,5 +1,7 @@
 #include "pbm_scan/surface_reader.h"
 
+#include "pbm_scan/conventions/convention.h"
+#include "pbm_scan/conventions/geographic.h"
 #include "pbm_scan/foreign_formats.h"
 #include "pbm_scan/formats.h"
 #include "pbm_scan/packing/compressed.h"
@@ -50,7 +52,20 @@ Result<Surface> read_file(std::span<const std::uint8_t> bytes, std::string_view 
         return usage(
             "--columns is for tables of points (XYZ, PTS, ASC, CSV, TXT); this file says itself what it holds");
     Result<Surface> surface = format->read({text->bytes, place}, options);
-    if (!surface && surface.error().offset != 0)
+    if (surface) {
+        apply_convention(format->name, extension, *surface);
+        const bool are_degrees = options.is_geographic || surface->convention.is_geographic;
+        if (are_degrees && options.is_one_of_several)
+            return bad_input(
+                "x and y are degrees, and the metres of several inputs have no common origin; convert them "
+                "to one projected coordinate reference system first");
+        if (are_degrees)
+            degrees_to_metres(*surface, surface->convention.height_metres);
+        else if (look_like_degrees(*surface))
+            surface->report.push_back({"x and y", Fate::kept,
+                                       "they look like degrees of longitude and latitude, and are taken as lengths; "
+                                       "--geographic converts them to metres"});
+    } else if (surface.error().offset != 0)
         surface.error().offset = text->offset_in_file(surface.error().offset);
     return surface;
 }

@@ -95,6 +95,9 @@ TEST_F(Poses, WhatMakesNoSenseIsRefused) {
     EXPECT_TRUE(has(refusal({write("c.conf", "bmesh a.ply 0 0 0 0 0 0")}, {}), "a quaternion (4)"));
     EXPECT_TRUE(has(refusal({write("d.conf", "bmesh a.ply 0 0 0 0 0 0 0")}, {}), "a quaternion (4)"));
     EXPECT_TRUE(has(refusal({write("e.conf", "camera 0\n")}, {}), "names no scan"));
+    const auto table = posed_scans(std::vector{write("table.csv", "camera x y z\n0 1 2 3\n")}, {});
+    ASSERT_TRUE(table.ok()); // a table of points
+    EXPECT_EQ(table->size(), 1U);
     EXPECT_TRUE(has(refusal({write("f.conf", "camera 0\nlens 1\n")}, {}), "'lens' begins no line"));
 }
 

@@ -56,6 +56,18 @@ TEST(E57, PointsAreReadInDoublePrecision) {
     EXPECT_EQ(report_of(s, "cartesianX cartesianY cartesianZ").fate, Fate::kept);
 }
 
+TEST(E57, ZerosAtTheScannerAreLeftOutBeforeThePoseMovesThem) {
+    std::vector<glm::dvec3> points;
+    for (int i = 0; i < 100; ++i)
+        points.insert(points.end(), {glm::dvec3(i - 50, i % 7 - 3, 1 + i % 3), glm::dvec3(0)});
+    E57ScanText scan = scan_of(points);
+    scan.more = pose("<w>1</w><x/><y/><z/>", "<x>100</x><y>200</y><z>1.7</z>");
+    const Surface s = E57File::surface(e57_file({scan}));
+    EXPECT_EQ(s.positions.size(), 100U);
+    EXPECT_EQ(s.positions[0], glm::dvec3(50, 197, 2.7));
+    EXPECT_TRUE(has(report(s, "placeholders").note, "100 points at 0 0 0"));
+}
+
 TEST(E57, FloatsOfSinglePrecisionAreRead) {
     E57ScanText scan;
     for (const char *name : {"cartesianX", "cartesianY", "cartesianZ"})
@@ -281,8 +293,8 @@ TEST(E57, WhatIsNotUsedIsNamed) {
         return E57File::surface(e57_file({scan_of(kFour)}, "<coordinateMetadata>" + text + "</coordinateMetadata>"))
             .crs;
     };
-    EXPECT_EQ(crs_of(std::string(5000, 'x')), std::string(4096, 'x'));
-    EXPECT_EQ(crs_of(std::string(4095, 'x') + "\xc3\xa4y"), std::string(4095, 'x')); // no half character
+    EXPECT_EQ(crs_of(std::string(70000, 'x')), std::string(65536, 'x'));
+    EXPECT_EQ(crs_of(std::string(65535, 'x') + "\xc3\xa4y"), std::string(65535, 'x')); // no half character
 }
 
 std::string small_file() {

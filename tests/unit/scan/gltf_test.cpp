@@ -1,5 +1,7 @@
 // glTF and GLB: what is read, and that damage is refused.
 #include "pbm_scan/gltf/gltf_reader.h"
+
+#include "pbm_format/model/point_values.h"
 #include "unit/scan/readings.h"
 #include "unit/support/image_files.h"
 
@@ -261,6 +263,186 @@ TEST(Gltf, MeshoptIsUnpacked) {
     EXPECT_NE(refusal(glb).find("are damaged"), std::string::npos);
     glb.doc["bufferViews"][0]["extensions"]["EXT_meshopt_compression"]["count"] = 4'000'000'000U;
     EXPECT_NE(refusal(glb).find("more elements than its compressed bytes can hold"), std::string::npos);
+}
+
+// The filter COLOR: luma, two differences and opacity, here of 4 bits.
+TEST(Gltf, MeshoptColoursAreUnpacked) {
+    Glb glb;
+    const std::vector<std::uint8_t> colours{9, 4, 254, 15, 15, 0, 0, 14, 0, 0, 0, 8}; // y, co, cg, opacity
+    std::vector<unsigned char> packed(meshopt_encodeVertexBufferBound(3, 4));
+    packed.resize(meshopt_encodeVertexBuffer(packed.data(), packed.size(), colours.data(), 3, 4));
+    const auto view = glb.view(packed);
+    glb.doc["bufferViews"][view]["extensions"]["KHR_meshopt_compression"] = {
+        {"buffer", 0},          {"byteOffset", 0},  {"byteLength", packed.size()}, {"byteStride", 4}, {"count", 3},
+        {"mode", "ATTRIBUTES"}, {"filter", "COLOR"}};
+    const auto accessor = glb.accessor(
+        {{"bufferView", view}, {"componentType", 5121}, {"normalized", true}, {"count", 3}, {"type", "VEC4"}});
+    const auto positions = glb.floats({0, 0, 0, 1, 0, 0, 1, 1, 0}, "VEC3", 3);
+    glb.show({{{"attributes", {{"POSITION", positions}, {"COLOR_0", accessor}}}}});
+    const Surface s = surface(glb);
+    const auto srgb = [](int linear) { return linear_to_srgb(static_cast<std::uint32_t>(linear * 257)); };
+    EXPECT_EQ(s.colours[0], (Rgb8{srgb(255), srgb(7 * 17), srgb(7 * 17)})); // 9 + 4 + 2, 9 - 2, 9 - 4 + 2
+    EXPECT_EQ(s.colours[1], (Rgb8{255, 255, 255}));
+    EXPECT_EQ(s.colours[2], (Rgb8{0, 0, 0}));
+}
+
+TEST(Gltf, PointsWithIndicesAreThoseAlone) {
+    Glb glb;
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}},
+               {"indices", glb.indices({2, 1, 2})},
+               {"mode", 0}}});
+    EXPECT_EQ(surface(glb).positions, (std::vector<glm::dvec3>{{1, 1, 0}, {1, 0, 0}}));
+}
+
+TEST(Gltf, QuaternionsAreNormalised) {
+    Glb glb;
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}, {"indices", glb.indices({0, 1, 2})}}},
+             {{"rotation", {0, 0, 0.5, 0.5}}});
+    const Surface s = surface(glb);
+    EXPECT_NEAR(s.positions[1].y, 1, 1e-12);
+    EXPECT_TRUE(says(s, "rotations", Fate::converted));
+}
+
+TEST(Gltf, WhatTheDefaultSceneDoesNotShowIsNamed) {
+    Glb glb;
+    const json primitive{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}},
+                         {"indices", glb.indices({0, 1, 2})}};
+    glb.show({primitive});
+    glb.show({primitive}, {{"translation", {5, 0, 0}}});
+    glb.doc["scenes"] = {{{"nodes", {0}}, {"name", "old"}}, {{"nodes", {1}}}};
+    glb.doc["scene"] = 1;
+    glb.doc["extensionsUsed"] = {"KHR_lights_punctual", "KHR_materials_unlit"};
+    const Surface s = surface(glb);
+    EXPECT_EQ(s.positions[0], glm::dvec3(5, 0, 0));
+    EXPECT_TRUE(says(s, "scenes 'old'", Fate::dropped));
+    EXPECT_TRUE(says(s, "meshes 0", Fate::dropped));
+    EXPECT_TRUE(says(s, "extension 'KHR_lights_punctual'", Fate::dropped));
+    EXPECT_FALSE(says(s, "extension 'KHR_materials_unlit'", Fate::dropped));
+    glb.doc["nodes"][1]["extensions"]["KHR_node_visibility"]["visible"] = false;
+    glb.doc["scenes"][1]["nodes"] = {0, 1};
+    EXPECT_EQ(surface(glb).positions.size(), 4U);
+    EXPECT_TRUE(says(surface(glb), "hidden nodes", Fate::kept));
+}
+
+TEST(Gltf, JointsMoveASkinAndItsNodeDoesNot) {
+    Glb glb;
+    const auto joints = glb.accessor(
+        {{"bufferView", glb.view(std::vector<std::uint8_t>{0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0})},
+         {"componentType", 5121},
+         {"count", 4},
+         {"type", "VEC4"}});
+    const auto weights = glb.floats({1, 0, 0, 0, 0, 1, 0, 0, 0.5, 0.5, 0, 0, 2, 2, 0, 0}, "VEC4", 4);
+    const std::vector<float> identity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    std::vector<float> both = identity;
+    both.insert(both.end(), identity.begin(), identity.end());
+    both[16 + 12] = 1; // the second inverse bind matrix moves by x
+    glb.show(
+        {{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}, {"JOINTS_0", joints}, {"WEIGHTS_0", weights}}},
+          {"indices", glb.indices({0, 1, 2, 0, 2, 3})}}},
+        {{"scale", {100, 100, 100}}, {"skin", 0}});
+    glb.doc["nodes"].push_back({{"scale", {0.5, 0.5, 0.5}}, {"children", {2}}});
+    glb.doc["nodes"].push_back({{"translation", {0, 0, 4}}});
+    glb.doc["skins"] = {{{"joints", {1, 2}}, {"inverseBindMatrices", glb.floats(both, "MAT4", 16)}}};
+    const Surface s = surface(glb);
+    EXPECT_EQ(s.positions[0], glm::dvec3(0));
+    EXPECT_EQ(s.positions[1], glm::dvec3(1, 0, 2)); // 0.5 ((1, 0, 0) + (1, 0, 0) + (0, 0, 4))
+    EXPECT_EQ(s.positions[2], glm::dvec3(0.75, 0.5, 1));
+    EXPECT_EQ(s.positions[3], glm::dvec3(0.25, 0.5, 1));
+    EXPECT_TRUE(says(s, "skins", Fate::kept));
+    glb.doc["skins"][0]["joints"] = {1, 9};
+    EXPECT_TRUE(test::has(refusal(glb), "a joint is no node"));
+}
+
+TEST(Gltf, MorphTargetsAndInstancesAreApplied) {
+    Glb glb;
+    const auto target = glb.floats({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3", 3);
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}},
+               {"indices", glb.indices({0, 1, 2})},
+               {"targets", {{{"POSITION", target}}, {{"POSITION", target}}}}}});
+    EXPECT_TRUE(says(surface(glb), "morph targets", Fate::dropped));
+    glb.doc["meshes"][0]["weights"] = {0.5, 0};
+    EXPECT_EQ(surface(glb).positions[1], glm::dvec3(1, 0, 0.5));
+    EXPECT_TRUE(says(surface(glb), "morph targets", Fate::converted));
+    glb.doc["nodes"][0]["weights"] = {0, 2};
+    glb.doc["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+        {"TRANSLATION", glb.floats({7, 0, 0, 0, 7, 0}, "VEC3", 3)},
+        {"SCALE", glb.floats({1, 1, 1, 2, 2, 2}, "VEC3", 3)}};
+    const Surface s = surface(glb);
+    ASSERT_EQ(s.positions.size(), 8U);
+    EXPECT_EQ(s.positions[1], glm::dvec3(8, 0, 2));
+    EXPECT_EQ(s.positions[5], glm::dvec3(2, 7, 4));
+}
+
+TEST(Gltf, VerticesOfSharedAccessorsAreThereWhereTheyAreNamed) {
+    Glb glb;
+    std::vector<float> many(3 * 1000);
+    for (std::size_t i = 0; i < many.size(); ++i)
+        many[i] = static_cast<float>(i * i % 1009);
+    const auto positions = glb.floats(many, "VEC3", 3);
+    json primitives;
+    for (std::uint16_t i = 0; i < 250; ++i)
+        primitives.push_back(
+            {{"attributes", {{"POSITION", positions}}},
+             {"indices", glb.indices({i, static_cast<std::uint16_t>(i + 1), static_cast<std::uint16_t>(i + 2)})}});
+    glb.show(primitives);
+    const Surface s = surface(glb);
+    EXPECT_EQ(s.triangles.size(), 250U);
+    EXPECT_EQ(s.positions.size(), 750U);
+    EXPECT_EQ(s.positions[s.triangles[99].y], glm::dvec3(many[300], many[301], many[302]));
+    EXPECT_EQ(test::note_of(s, "vertices"), "748 that no primitive names left out");
+}
+
+TEST(Gltf, AccessorsMayNotWantMoreNumbersThanTheFileCanHold) {
+    Glb glb;
+    json primitives;
+    for (int i = 0; i < 8; ++i) // without data each
+        primitives.push_back(
+            {{"attributes",
+              {{"POSITION", glb.accessor({{"componentType", 5126}, {"count", 8000000}, {"type", "VEC3"}})}}},
+             {"mode", 0}});
+    glb.show(primitives);
+    EXPECT_EQ(test::error(glb.file(), "scan.glb").code, ErrorCode::too_large);
+}
+
+TEST(Gltf, EmissionIsTheColourOfWhatIsBlackOtherwise) {
+    Glb glb;
+    const Bytes pixels(12, 77);
+    const auto positions = glb.floats(kSquare, "VEC3", 3), places = glb.floats({0, 1, 1, 1, 1, 0, 0, 0}, "VEC2", 2);
+    glb.doc["images"] = {
+        {{"bufferView", glb.view(test::png_of(2, 2, PNG_FORMAT_RGB, pixels.data()))}, {"mimeType", "image/png"}}};
+    glb.doc["textures"] = {{{"source", 0}}};
+    glb.doc["materials"] = {{{"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, 1}}}},
+                             {"emissiveFactor", {1, 1, 1}},
+                             {"emissiveTexture", {{"index", 0}}}}};
+    glb.show({{{"attributes", {{"POSITION", positions}, {"TEXCOORD_0", places}}},
+               {"indices", glb.indices({0, 1, 2})},
+               {"material", 0}}});
+    const Surface s = surface(glb);
+    ASSERT_EQ(s.textures.size(), 1U);
+    EXPECT_EQ(s.texture_ids[0], 0);
+    EXPECT_EQ(s.colours[0], (Rgb8{255, 255, 255}));
+    EXPECT_EQ(s.materials[0].ka, 1);
+    EXPECT_TRUE(says(s, "emission of materials", Fate::converted));
+    glb.doc["materials"][0].erase("pbrMetallicRoughness");
+    EXPECT_TRUE(surface(glb).textures.empty());
+    EXPECT_TRUE(says(surface(glb), "emissiveTexture of materials", Fate::dropped));
+}
+
+TEST(Gltf, BytesThatFillOrFollowAreNoReasonToRefuse) {
+    Glb glb;
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}, {"indices", glb.indices({0, 1, 2})}}});
+    for (int i = 0; i < 4; ++i, glb.doc["asset"]["generator"] = std::string(static_cast<std::size_t>(i), 'x')) {
+        std::string file = glb.file();
+        std::uint32_t length = 0;
+        std::memcpy(&length, file.data() + 12, 4);
+        while (file[20 + length - 1] == ' ')
+            --length;
+        std::memcpy(file.data() + 12, &length, 4); // without the blanks that fill the JSON
+        const Result<Surface> s = read(file);
+        ASSERT_TRUE(s) << s.error().message;
+        EXPECT_EQ(says(*s, "chunks", Fate::converted), length % 4 != 0);
+    }
+    EXPECT_EQ(test::note_of(*read(glb.file() + "garbage"), "end of file"), "7 bytes behind the GLB file");
 }
 
 TEST(Gltf, FilesBesideIt) {

@@ -158,6 +158,59 @@ TEST_F(ImageInputs, NamesOfOtherSystemsAreFound) {
     EXPECT_EQ(find_beside(scan, ""), std::nullopt);
 }
 
+TEST_F(ImageInputs, NamesInOtherSpellingsAreFound) {
+    write("h\u00FClle.png", "x");   // one character
+    write("Bra\u0301s.png", "x");   // a letter and its mark
+    write("\u304C\uAC01.png", "x"); // Japanese and Korean
+    write("it's \"me\".png", "x");
+    const std::string scan = path("scan.obj");
+    EXPECT_EQ(find_beside(scan, "hu\u0308lle.png"), path("h\u00FClle.png"));
+    EXPECT_EQ(find_beside(scan, "h\xFClle.PNG"), path("h\u00FClle.png")); // Latin-1
+    EXPECT_EQ(find_beside(scan, "br\u00E1s.png"), path("Bra\u0301s.png"));
+    EXPECT_EQ(find_beside(scan, "\u304B\u3099\u1100\u1161\u11A8.png"), path("\u304C\uAC01.png"));
+    EXPECT_EQ(find_beside(scan, "\"h\u00FClle.png\""), path("h\u00FClle.png"));
+    EXPECT_EQ(find_beside(scan, "'h\u00FClle.png'"), path("h\u00FClle.png"));
+    EXPECT_EQ(find_beside(scan, "it's \"me\".png"), path("it's \"me\".png"));
+    EXPECT_TRUE(why_missing("skin.<UDIM>.png").find("UDIM") != std::string::npos);
+}
+
+TEST_F(ImageInputs, KeywordsOfMaterialsHaveAnyLetterCaseAndNamesHaveQuotes) {
+    write("scan.mtl", "NEWMTL a\nkd 0 1 0\nMap_KD 'a.png'\n");
+    write_png("a.png", 10);
+    write("scan.obj", "mtllib \"scan.mtl\"\nusemtl A\n" + kQuad + "f 1/1 2/2 3/3\n");
+    const Surface s = read("scan.obj");
+    ASSERT_EQ(s.textures.size(), 1U);
+    EXPECT_EQ(s.textures[0].texels[0][0], 10);
+    EXPECT_EQ(note_of(s, "Kd of materials"), "their colours, sRGB, 8 bits");
+}
+
+TEST_F(ImageInputs, AFileThatStandsForAnImageIsNamed) {
+    write("scan.mtl", "newmtl a\nmap_Kd a.png\n");
+    write("a.png", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n");
+    write("scan.obj", "mtllib scan.mtl\nusemtl a\n" + kQuad + "f 1/1 2/2 3/3\n");
+    EXPECT_TRUE(
+        note_of(read("scan.obj"), "texture image 'a.png'").starts_with("dropped: the file is a pointer of Git"));
+}
+
+TEST(ReadImage, SixteenBitsWithoutAGammaAreSrgb) {
+    const std::array<std::uint16_t, 3> pixel{220 * 257, 30 * 257, 30 * 257 + 100};
+    const Result<Texture> png = read_image(test::png16_of(1, 1, pixel.data()));
+    ASSERT_TRUE(png.ok()) << png.error().message;
+    EXPECT_EQ(png->texels[0], (std::array<std::uint8_t, 4>{220, 30, 30, 255}));
+}
+
+TEST(ReadImage, StrayBytesOfAJpegAreNoDamage) {
+    const Bytes jpeg = test::jpeg_of(16, 8, 3, false, Bytes(16 * 8 * 3, 90));
+    Bytes stray = jpeg, cut(jpeg.begin(), jpeg.end() - 20);
+    stray.insert(stray.end() - 2, 258, 0); // in front of the marker of the end
+    const Result<Texture> read = read_image(stray);
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    EXPECT_EQ(read->texels[100], (std::array<std::uint8_t, 4>{90, 90, 90, 255}));
+    EXPECT_TRUE(read->has_stray_bytes);
+    EXPECT_FALSE(read_image(jpeg)->has_stray_bytes);
+    EXPECT_FALSE(read_image(cut).ok());
+}
+
 TEST(ReadImage, FormatsAndOpacity) {
     const std::vector<std::uint8_t> rgba{1, 2, 3, 4, 5, 6, 7, 255};
     const Result<Texture> png = read_image(test::png_of(2, 1, PNG_FORMAT_RGBA, rgba.data()));

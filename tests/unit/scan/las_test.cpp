@@ -185,6 +185,50 @@ TEST(Las, TheCoordinateReferenceSystemIsKept) {
     const std::string wkt = "PROJCS[\"WGS 84 / UTM zone 17N\"]";
     const std::string file = with_record(las(0), "LASF_Projection", 2112, wkt + std::string(1, '\0'));
     EXPECT_EQ(surface(file).crs, wkt);
+    EXPECT_EQ(surface(file).convention.up, UpAxis::z);
+}
+
+// Behind the points, of any length.
+TEST(Las, TheCoordinateReferenceSystemMayBeBehindThePoints) {
+    const std::string wkt = "PROJCS[\"" + std::string(5000, 'a') + "\",UNIT[\"foot\",0.3048]]";
+    std::string file = las(6), record(60, '\0');
+    record.replace(2, 15, "LASF_Projection");
+    put<std::uint16_t>(record, 18, 2112);
+    put<std::uint64_t>(record, 20, wkt.size());
+    put<std::uint64_t>(file, 235, file.size());
+    put<std::uint32_t>(file, 243, 1);
+    const Surface s = surface(file + record + wkt);
+    EXPECT_EQ(s.crs, wkt);
+    EXPECT_EQ(s.convention.unit, Unit::foot);
+    EXPECT_TRUE(surface(file + record + wkt.substr(1)).crs.empty()); // cut off
+    put<std::uint32_t>(file, 243, 0xFFFFFFFF);
+    EXPECT_EQ(surface(file + record + wkt).crs, wkt);
+}
+
+TEST(Las, GeotiffKeysAndOtherRecordsAreSaid) {
+    std::string keys(5 * 8, '\0');
+    const std::array<std::uint16_t, 20> values{1, 1,    0,    4, 1024, 0,    1,    1, 3072, 0,
+                                               1, 2263, 3076, 0, 1,    9003, 4096, 0, 1,    6360};
+    std::memcpy(keys.data(), values.data(), sizeof values);
+    const Surface s = surface(with_record(las(1), "LASF_Projection", 34735, keys));
+    EXPECT_EQ(s.crs, "EPSG:2263; unit US survey foot (EPSG:9003); heights EPSG:6360");
+    EXPECT_EQ(s.convention.unit, Unit::foot);
+    EXPECT_TRUE(reports(surface(with_record(las(1), "somebody", 77, "content")), "records somebody 77", Fate::dropped));
+}
+
+TEST(Las, AFewBrightColoursDoNotMakeTheOthersBlack) {
+    const std::string two = las(2), head = two.substr(0, 375);
+    std::string dim = two.substr(375, 26), bright = dim, file = head;
+    put<std::array<std::uint16_t, 3>>(dim, 20, {200, 60, 30});
+    put<std::array<std::uint16_t, 3>>(bright, 20, {60000, 60, 30});
+    file += bright;
+    for (int i = 0; i < 200; ++i)
+        file += dim;
+    put<std::uint32_t>(file, 107, 201);
+    const Surface s = surface(file);
+    EXPECT_EQ(s.colours[1], (Rgb8{200, 60, 30}));
+    EXPECT_EQ(s.colours[0], (Rgb8{255, 60, 30}));
+    EXPECT_EQ(note_of(s, "colours"), "sRGB, of 8 bits though the format has 16; 1 colour outside clamped");
 }
 
 } // namespace

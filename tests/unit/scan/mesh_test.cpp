@@ -69,9 +69,10 @@ TEST(ObjReader, ColoursOfVerticesAreKept) {
     EXPECT_EQ(unit.colours[0], (Colour{255, 128, 0}));
     const Surface points = surface("v 0 0 0 255 128 0\nv 1 0 0 0 0 0\n", kObjName);
     EXPECT_EQ(points.colours[0], (Colour{255, 128, 0}));
-    const Surface some = surface("v 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 0 0 1\nf 1 2 3\n", kObjName);
-    EXPECT_TRUE(some.colours.empty());
-    EXPECT_TRUE(reports(some, "vertex colours", Fate::dropped));
+    const Surface some = surface("v 0 0 0\nv 1 0 0 1 0 0\nv 1 1 0\nf 1 2 3\n", kObjName);
+    const Colour own = pbm::Material{}.colour; // of the vertices without one
+    EXPECT_EQ(some.colours, (std::vector<Colour>{own, {255, 0, 0}, own}));
+    EXPECT_EQ(report(some, "vertex colours").note, "sRGB, 8 bits; 2 vertices without one have that of the material");
 }
 
 TEST(ObjReader, VerticesAreSplitWhereCornersHaveDifferentNormals) {
@@ -165,9 +166,8 @@ TEST(ObjReader, DegenerateFacesAreCounted) {
 }
 
 TEST(ObjReader, DamagedTextIsRefusedWithItsLine) {
-    for (const char *bad :
-         {"v 1 2\n", "v 1 x 2\n", "v 1 0,5 2\n", "f 1 2 5\n", "f 0 1 2\n", "f -9 1 2\n", "f a b c\n",
-          "f 1//9 2//9 3//9\n", "vn 0 1\n", "f 1/x 2 3\n", "f 1.5 2 3\n", "f 1 2 99999999999999999999\n"}) {
+    for (const char *bad : {"v 1 2\n", "v 1 x 2\n", "v 1 0,5 2\n", "f 1 2 5\n", "f 0 1 2\n", "f -9 1 2\n", "f a b c\n",
+                            "vn 0 1\n", "f 1/x 2 3\n", "f 1.5 2 3\n", "f 1 2 99999999999999999999\n"}) {
         const Error e = error(kObj + bad, kObjName);
         EXPECT_EQ(e.code, ErrorCode::bad_input);
         EXPECT_TRUE(has(e.message, "line 6: ")) << e.message;
@@ -273,7 +273,7 @@ TEST(StlReader, EveryTruncationIsRefused) {
     const std::string binary = binary_stl(kTwoFacets);
     for (std::size_t size = 0; size < binary.size(); ++size)
         EXPECT_EQ(error(binary.substr(0, size), kStlName).code, ErrorCode::bad_input) << size;
-    EXPECT_EQ(error(binary + "x", kStlName).code, ErrorCode::bad_input);
+    EXPECT_EQ(error(binary + std::string(50, '\0'), kStlName).code, ErrorCode::bad_input); // a facet beyond the count
     for (std::size_t size = 0; size + 1 < kAsciiStl.size(); ++size)
         EXPECT_EQ(error(kAsciiStl.substr(0, size), kStlName).code, ErrorCode::bad_input) << size;
 }
@@ -321,7 +321,8 @@ TEST(OffReader, BinaryFilesAreRead) {
     EXPECT_EQ(s.colours[3], (Colour{255, 0, 0}));
     for (std::size_t size = 12; size < file.size(); ++size)
         EXPECT_EQ(error(file.substr(0, size), kOffName).code, ErrorCode::bad_input) << size;
-    EXPECT_TRUE(has(error(file + "x", kOffName).message, "after the last face"));
+    EXPECT_TRUE(has(error(file + std::string(8, '\0'), kOffName).message, "after the last face"));
+    EXPECT_EQ(report(surface(file + "x", kOffName), "end of file").note, "1 byte behind the last face");
     std::string beyond = file;
     beyond[11 + 12 + 48 + 7] = 9;
     EXPECT_TRUE(has(error(beyond, kOffName).message, "face 0 has vertex index 9"));

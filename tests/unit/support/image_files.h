@@ -28,6 +28,23 @@ inline Bytes png_of(std::uint32_t width, std::uint32_t height, std::uint32_t for
     return bytes;
 }
 
+// RGB of 16 bits, as programs write it that say nothing of its gamma: without the chunk that libpng adds.
+inline Bytes png16_of(std::uint32_t width, std::uint32_t height, const std::uint16_t *pixels) {
+    const Bytes with_gamma = png_of(width, height, PNG_FORMAT_LINEAR_RGB, pixels);
+    constexpr std::size_t kSignature = 8, kAround = 12; // length, type, CRC
+    Bytes bytes(with_gamma.begin(), with_gamma.begin() + kSignature);
+    for (std::size_t at = kSignature; at + kAround <= with_gamma.size();) {
+        const std::size_t size = kAround + (std::size_t{with_gamma[at + 2]} << 8 | with_gamma[at + 3]);
+        const std::string type(with_gamma.begin() + static_cast<std::ptrdiff_t>(at) + 4,
+                               with_gamma.begin() + static_cast<std::ptrdiff_t>(at) + 8);
+        if (type == "IHDR" || type == "IDAT" || type == "IEND")
+            bytes.insert(bytes.end(), with_gamma.begin() + static_cast<std::ptrdiff_t>(at),
+                         with_gamma.begin() + static_cast<std::ptrdiff_t>(at + size));
+        at += size;
+    }
+    return bytes;
+}
+
 inline Bytes jpeg_of(std::uint32_t width, std::uint32_t height, int channels, bool progressive, Bytes pixels) {
     jpeg_compress_struct info{};
     jpeg_error_mgr errors{};

@@ -205,7 +205,9 @@ std::optional<int> check_inputs(std::string_view program, const Arguments &argum
     if (!arguments.output.empty())
         return std::nullopt;
     if (arguments.inputs.size() > 1)
-        return command_line::fail_usage(program, "several inputs need a name for what they become: -o FILE.pbvg");
+        return command_line::fail_usage(program,
+                                        "several inputs need a name for what they become: -o FILE.pbvg (--batch "
+                                        "builds a model of each)");
     if (is_stream(arguments.inputs.front()))
         return command_line::fail_usage(program, "a stream has no name to take the output's from: -o FILE.pbvg");
     return std::nullopt;
@@ -263,19 +265,20 @@ void describe_request(const CommandLine &line, Arguments &arguments) {
 void add_input_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
     line.topic = "Input";
-    add_choice<Unit>(line, "--unit", options.grid.unit,
-                     {{"unknown", Unit::unknown},
-                      {"m", Unit::metre},
-                      {"mm", Unit::millimetre},
-                      {"cm", Unit::centimetre},
-                      {"in", Unit::inch},
-                      {"ft", Unit::foot},
-                      {"km", Unit::kilometre}},
-                     "Unit of the coordinates; default unknown");
+    add_choice<std::optional<Unit>>(line, "--unit", options.grid.unit,
+                                    {{"unknown", Unit::unknown},
+                                     {"m", Unit::metre},
+                                     {"mm", Unit::millimetre},
+                                     {"cm", Unit::centimetre},
+                                     {"in", Unit::inch},
+                                     {"ft", Unit::foot},
+                                     {"km", Unit::kilometre}},
+                                    "Unit of coordinates; default: that of the format");
     add_choice<std::optional<UpAxis>>(line, "--up", options.grid.up,
                                       {{"auto", std::nullopt}, {"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}},
-                                      "Axis that points up; default auto: by the scan");
-    line.add("--scale", "Factor from the input's coordinates and radii to the model's", &options.placement.scale,
+                                      "Axis that points up; default: by format, then scan");
+    line.add("--geographic", "x and y are degrees: convert them to metres", &options.is_geographic);
+    line.add("--scale", "Factor from the input's lengths to the model's", &options.placement.scale,
              {.check = positive});
     line.add("--origin", "Place of the input's origin in the model; added after --scale",
              command_line::stored(three_numbers, options.placement.origin),
@@ -321,6 +324,8 @@ void add_field_options(CommandLine &line, Arguments &arguments) {
     line.add("--drop-class", "Leave out points of these classes: numbers, or names such as noise,water",
              command_line::stored(parse_classes, options.dropped_classes),
              {.type = "LIST", .check = command_line::readable(parse_classes)});
+    line.add("--keep-placeholders", "Keep points that stand for no measurement: 0 0 0 of rays without an echo, -9999",
+             &options.keep_placeholders);
 }
 
 void add_mesh_options(CommandLine &line, Arguments &arguments) {

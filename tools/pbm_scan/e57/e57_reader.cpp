@@ -5,6 +5,7 @@
 #include "pbm_scan/clouds/stations.h"
 #include "pbm_scan/e57/e57_records.h"
 #include "pbm_scan/fields/field_column.h"
+#include "pbm_scan/surface/placeholders.h"
 #include "pbm_scan/surface/range_grid.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
@@ -70,8 +71,6 @@ class E57Reader {
     }
 
   private:
-    static constexpr std::size_t kMaxCrsBytes = 4096;
-
     // Whole characters of UTF-8, which expat has verified.
     std::size_t crs_bytes() const {
         const std::string &text = description_.coordinates;
@@ -225,6 +224,8 @@ class E57Reader {
             remove_colours();
         if (has_states)
             leave_out_invalid();
+        if (!options_.keep_placeholders)
+            leave_out_placeholders();
         move(scan);
         if (surface_.positions.size() > first_)
             grids_.push_back(grid_of_cells());
@@ -277,11 +278,27 @@ class E57Reader {
     void leave_out_invalid() {
         counts_.only_directions += static_cast<std::uint64_t>(std::count(states_.begin(), states_.end(), 1));
         counts_.invalid += static_cast<std::uint64_t>(std::count(states_.begin(), states_.end(), 2));
-        const auto keep = [this](std::size_t i) { return states_[i - first_] == 0; };
-        keep_from(surface_.positions, first_, keep);
-        for_vertex_attributes([&](auto &values) { keep_from(values, first_, keep); }, surface_);
-        keep_from(intensities_, first_, keep);
-        keep_from(cells_, 0, [this](std::size_t i) { return states_[i] == 0; });
+        keep_records([this](std::size_t i) { return states_[i] == 0; });
+    }
+
+    // In the scanner's coordinates, of which 0 0 0 is the scanner itself.
+    void leave_out_placeholders() {
+        Placeholders found;
+        const Bytes marks = mark_placeholders(surface_.positions, first_, found);
+        if (marks.empty())
+            return;
+        placeholders_.at_zero += found.at_zero;
+        placeholders_.at_sentinels += found.at_sentinels;
+        keep_records([&](std::size_t i) { return marks[first_ + i] == 0; });
+    }
+
+    // Removes the records of the scan for which keep(record) is false.
+    template <class Keep> void keep_records(const Keep &keep) {
+        const auto keep_position = [&](std::size_t i) { return keep(i - first_); };
+        keep_from(surface_.positions, first_, keep_position);
+        for_vertex_attributes([&](auto &values) { keep_from(values, first_, keep_position); }, surface_);
+        keep_from(intensities_, first_, keep_position);
+        keep_from(cells_, 0, keep);
     }
 
     void move(const E57Scan &scan) {
@@ -403,6 +420,8 @@ class E57Reader {
              counted(scans, "scan") +
                  (counts_.moved > 0 ? ", " + std::to_string(counts_.moved) + " moved by their poses" : "")});
         report_fields();
+        if (placeholders_.sum() != 0)
+            lines.push_back({"placeholders", Fate::converted, placeholders_.note()});
         if (counts_.stations > 0)
             lines.push_back(
                 {"scanner positions", Fate::kept, std::to_string(counts_.stations) + " of " + counted(scans, "scan")});
@@ -421,9 +440,7 @@ class E57Reader {
         for (const std::string &extension : description_.extensions)
             if (extension != "nor")
                 lines.push_back({"extension " + printable_in_quotes(extension), Fate::dropped, "not known to PBM"});
-        if (pages_.trailing_bytes() > 0)
-            lines.push_back(line_of(Warning::trailing_bytes, "end of file",
-                                    counted(pages_.trailing_bytes(), "byte") + " after the last page"));
+        report_trailing(lines, pages_.trailing_bytes(), "after the last page");
     }
 
     E57Pages pages_;
@@ -431,6 +448,7 @@ class E57Reader {
     const ReadOptions &options_;
     Surface surface_;
     Counts counts_;
+    Placeholders placeholders_;
     bool has_colours_ = false, has_normals_ = false;                // in one of the scans
     bool has_turns_ = false;                                        // the pose of a scan turns it
     std::uint64_t records_ = 0;                                     // of all scans

@@ -3,12 +3,14 @@
 #include "pbm_scan/images/files_beside.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
+#include "pbm_scan/text/stand_in.h"
 #include "pbm_scan/text/text_lines.h"
 
 #include <meshoptimizer.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <limits>
 #include <type_traits>
@@ -126,6 +128,71 @@ std::string without_percents(std::string_view uri) {
 
 bool is_data(std::string_view uri) { return uri.starts_with("data:"); }
 
+// The chunks of a GLB file.
+struct GlbChunks {
+    ByteView json{}, binary{};
+    std::vector<AttributeReport> report{};
+};
+
+Result<GlbChunks> chunks_of(ByteView file) {
+    if (file.size() < kGlbHeader + kChunkHeader)
+        return bad_input("a GLB file of " + std::to_string(file.size()) + " bytes: it is cut short");
+    if (word(file, 4) == 1)
+        return Error{ErrorCode::unsupported_version, 4, "glTF 1; export it as glTF 2"};
+    const std::size_t announced = word(file, 8);
+    if (announced > file.size())
+        return bad_input("the GLB file announces " + std::to_string(announced) + " bytes and has " +
+                             std::to_string(file.size()) + ": it is cut short; copy or export it again",
+                         8);
+    GlbChunks chunks;
+    if (announced >= kGlbHeader + kChunkHeader) {
+        report_trailing(chunks.report, file.size() - announced, "behind the GLB file");
+        file = file.first(announced);
+    }
+    bool has_json = false;
+    const auto is_binary = [&](std::size_t at) {
+        return at <= file.size() && file.size() - at >= kChunkHeader && word(file, at + 4) == kBinaryChunk;
+    };
+    for (std::size_t at = kGlbHeader; file.size() - at >= kChunkHeader;) {
+        const std::size_t length = word(file, at), type = word(file, at + 4);
+        at += kChunkHeader;
+        if (length > file.size() - at)
+            return bad_input("a chunk of " + std::to_string(length) +
+                                 " bytes goes beyond the end of the GLB file: it is cut short or damaged",
+                             at - kChunkHeader);
+        if (type == kJsonChunk && !has_json)
+            chunks.json = file.subspan(at, length), has_json = true;
+        else if (type == kBinaryChunk && chunks.binary.empty())
+            chunks.binary = file.subspan(at, length);
+        at += length;
+        // Some writers do not count the bytes that fill a chunk up to a multiple of four.
+        if (const std::size_t filled = (at + 3) / 4 * 4; filled != at && !is_binary(at) && is_binary(filled)) {
+            chunks.report.push_back({"chunks", Fate::converted, "the length of one leaves out the bytes that fill it"});
+            at = filled;
+        }
+    }
+    if (!has_json)
+        return bad_input("the GLB file has no JSON; export it again", kGlbHeader);
+    return chunks;
+}
+
+// The filter COLOR of KHR_meshopt_compression: luma and two chroma components, of as many bits as the highest one of
+// the fourth component says, to red, green, blue and opacity. `T`: the type of a component, `Signed`: with a sign.
+template <class T, class Signed> void decode_colours(std::vector<std::uint8_t> &bytes) {
+    constexpr int kMax = std::numeric_limits<T>::max();
+    for (std::size_t at = 0; at + 4 * sizeof(T) <= bytes.size(); at += 4 * sizeof(T)) {
+        auto values = load<std::array<T, 4>>(bytes.data() + at);
+        const int scale = std::max(static_cast<int>(std::bit_ceil(values[3] + 1U)) - 1, 1);
+        const int y = values[0], co = static_cast<Signed>(values[1]), cg = static_cast<Signed>(values[2]);
+        const int opacity = ((values[3] << 1) & scale) | (values[3] & 1);
+        const std::array<int, 4> colour{y + co - cg, y + cg, y - co - cg, opacity};
+        for (std::size_t i = 0; i < 4; ++i)
+            values[i] = static_cast<T>(std::clamp(
+                (static_cast<double>(colour[i]) * kMax) / static_cast<double>(scale) + 0.5, 0.0, double{kMax}));
+        std::memcpy(bytes.data() + at, values.data(), sizeof values);
+    }
+}
+
 } // namespace
 
 std::optional<NamedFile> file_of_uri(const std::string &scan, const std::string &uri) {
@@ -139,33 +206,14 @@ std::optional<NamedFile> file_of_uri(const std::string &scan, const std::string 
 }
 
 Result<GltfDocument> GltfDocument::open(const ScanFile &file) {
-    ByteView json = file.bytes, binary;
+    GlbChunks chunks{.json = file.bytes};
     if (as_text(file.bytes).starts_with("glTF")) {
-        if (file.bytes.size() < kGlbHeader + kChunkHeader)
-            return bad_input("a GLB file of " + std::to_string(file.bytes.size()) + " bytes: it is cut short");
-        if (word(file.bytes, 4) == 1)
-            return Error{ErrorCode::unsupported_version, 4, "glTF 1; export it as glTF 2"};
-        if (const std::uint32_t announced = word(file.bytes, 8); announced > file.bytes.size())
-            return bad_input("the GLB file announces " + std::to_string(announced) + " bytes and has " +
-                                 std::to_string(file.bytes.size()) + ": it is cut short; copy or export it again",
-                             8);
-        bool has_json = false;
-        for (std::size_t at = kGlbHeader; file.bytes.size() - at >= kChunkHeader;) {
-            const std::size_t length = word(file.bytes, at), type = word(file.bytes, at + 4);
-            at += kChunkHeader;
-            if (length > file.bytes.size() - at)
-                return bad_input("a chunk of " + std::to_string(length) +
-                                     " bytes goes beyond the end of the GLB file: it is cut short or damaged",
-                                 at - kChunkHeader);
-            if (type == kJsonChunk && !has_json)
-                json = file.bytes.subspan(at, length), has_json = true;
-            else if (type == kBinaryChunk && binary.empty())
-                binary = file.bytes.subspan(at, length);
-            at += length;
-        }
-        if (!has_json)
-            return bad_input("the GLB file has no JSON; export it again", kGlbHeader);
+        Result<GlbChunks> found = chunks_of(file.bytes);
+        if (!found)
+            return found.error();
+        chunks = std::move(*found);
     }
+    const ByteView json = chunks.json;
     if (json.size() > kMaxGltfJson)
         return too_large("more than 256 MiB of JSON; export the scan as GLB");
     try {
@@ -175,7 +223,9 @@ Result<GltfDocument> GltfDocument::open(const ScanFile &file) {
             return bad_input("no glTF file: its JSON has no asset with a version");
         if (version.starts_with("1"))
             return Error{ErrorCode::unsupported_version, 0, "glTF 1; export it as glTF 2"};
-        return GltfDocument(std::move(parsed), binary, file.path, file.bytes.size());
+        GltfDocument document(std::move(parsed), chunks.binary, file.path, file.bytes.size());
+        document.report_ = std::move(chunks.report);
+        return document;
     } catch (const Json::parse_error &error) {
         const auto start = static_cast<std::size_t>(json.data() - file.bytes.data());
         return bad_input("the JSON of the glTF file is damaged; export it again",
@@ -197,7 +247,8 @@ Result<GltfResource> GltfDocument::resource(const std::string &uri) const {
     }
     const auto named = file_of_uri(path_, uri);
     if (!named || named->file.empty())
-        return bad_input("there is no file " + printable_in_quotes(uri) + " beside the scan");
+        return bad_input("there is no file " + printable_in_quotes(uri) + " beside the scan" +
+                         (uri.find("<UDIM>") != std::string::npos ? ": " + why_missing(uri) : ""));
     Result<MappedFile> file = MappedFile::open(named->file);
     if (!file)
         return file.error();
@@ -216,11 +267,14 @@ Result<ByteView> GltfDocument::buffer(std::size_t index) {
             Result<GltfResource> read = resource(uri);
             if (!read)
                 return bad_input(name_of("buffers", index) + ": " + read.error().message);
+            further_bytes_ += read->bytes().size();
             known = resources_.emplace(index, std::move(*read)).first;
         }
         bytes = known->second.bytes();
     }
     const std::size_t length = index_of(described, "byteLength").value_or(0);
+    if (const auto instead = stand_in(as_text(bytes)))
+        return bad_input(name_of("buffers", index) + ": the file is " + *instead);
     if (length > bytes.size())
         return bad_input(name_of("buffers", index) + " announces " + std::to_string(length) + " bytes and has " +
                          std::to_string(bytes.size()) + ": it is cut short; copy or export it again");
@@ -262,6 +316,9 @@ Result<GltfDocument::View> GltfDocument::decompressed(const Json &extension, std
             meshopt_decodeFilterQuat(out.data(), count, stride);
         else if (filter == "EXPONENTIAL" && stride % 4 == 0)
             meshopt_decodeFilterExp(out.data(), count, stride);
+        else if (filter == "COLOR" && (stride == 4 || stride == 8))
+            stride == 4 ? decode_colours<std::uint8_t, std::int8_t>(out)
+                        : decode_colours<std::uint16_t, std::int16_t>(out);
         else if (!filter.empty() && filter != "NONE")
             return bad_input(name + ": the filter " + printable_in_quotes(filter) + " is not known");
     }
@@ -349,6 +406,11 @@ Result<std::vector<float>> GltfDocument::floats(std::size_t accessor, std::size_
     const Result<Elements> from = elements(accessor);
     if (!from)
         return from.error();
+    // Of compressed views a byte holds many numbers, and several accessors may share bytes.
+    constexpr std::uint64_t kFreeNumbers = std::uint64_t{1} << 26, kNumbersPerByte = 64;
+    numbers_ += from->count * components;
+    if (numbers_ > kFreeNumbers + kNumbersPerByte * bytes())
+        return too_large("accessors want many more numbers than the file has bytes; export fewer");
     std::vector<float> values(from->count * components, filled);
     const std::size_t used = std::min(components, from->components), size = size_of_type(from->type);
     const ScalarReader read = reader_of(from->type);

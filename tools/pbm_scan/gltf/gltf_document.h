@@ -39,6 +39,10 @@ class GltfDocument {
 
     const Json *root(const char *key) const { return member(&json_, key); }
     const std::string &path() const { return path_; }
+    // Of the file and of the files and data URIs that were read.
+    std::uint64_t bytes() const { return size_ + further_bytes_; }
+    // Lines about the file as a whole.
+    const std::vector<AttributeReport> &report() const { return report_; }
 
     // Opens the file that `uri` names, or decodes the bytes that it holds.
     Result<GltfResource> resource(const std::string &uri) const;
@@ -53,6 +57,9 @@ class GltfDocument {
     // The elements of an accessor as floats: [count][components]. Normalised integers are divided by the largest value
     // of their type, other integers are converted. If an element of the file is shorter than `components`, the rest is
     // `filled`; if it is longer, its further components are left out.
+    //
+    // errors  bad_input  damaged
+    //         too_large  accessors want many more numbers than the file has bytes
     Result<std::vector<float>> floats(std::size_t accessor, std::size_t components, float filled = 1);
     Result<std::vector<std::uint32_t>> indices(std::size_t accessor);
     // The number of elements of an accessor, as its JSON states it; reads no buffer.
@@ -82,7 +89,9 @@ class GltfDocument {
     ByteView binary_; // the binary chunk of a GLB
     std::string path_;
     std::size_t size_;                              // of the file; bounds the count of accessors without a buffer view
-    std::map<std::size_t, GltfResource> resources_; // [index of a buffer]
+    std::uint64_t further_bytes_ = 0, numbers_ = 0; // of other files; read from accessors
+    std::vector<AttributeReport> report_;
+    std::map<std::size_t, GltfResource> resources_;                 // [index of a buffer]
     std::map<std::size_t, std::vector<std::uint8_t>> decompressed_; // [index of a buffer view]
 };
 

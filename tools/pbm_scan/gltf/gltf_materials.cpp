@@ -42,6 +42,16 @@ glm::mat3 transform_of(const Json *extension) {
     return matrix;
 }
 
+constexpr const char *kEmission = "emission of materials";
+
+// The emissive factor of a material that shows nothing else: black, without an image of colours. Null: of another one.
+const Json *emission_of(const Json &material, const glm::vec4 &factor, bool has_image) {
+    const Json *const emission = member(&material, "emissiveFactor");
+    if (has_image || glm::vec3(factor) != glm::vec3(0) || items(emission) < 3)
+        return nullptr;
+    return glm::vec3(factor_of(emission)) != glm::vec3(0) ? emission : nullptr;
+}
+
 } // namespace
 
 std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use) {
@@ -110,9 +120,18 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
     const Json *const image =
         glossy != nullptr ? member(glossy, "diffuseTexture") : member(metallic, "baseColorTexture");
     made.factor = factor_of(colour);
+    const Json *const emission = emission_of(*described, made.factor, image != nullptr);
+    if (emission != nullptr) {
+        made.factor = glm::vec4(glm::vec3(factor_of(emission)), made.factor.w);
+        if (std::none_of(report_.begin(), report_.end(), [](const auto &line) { return line.name == kEmission; }))
+            report_.push_back({kEmission, Fate::converted, "the colours of materials whose own are black"});
+    }
     for (std::size_t i = 0; i < 3; ++i)
         made.material.colour[i] = to_srgb(made.factor[static_cast<int>(i)]);
-    if (member(extensions, "KHR_materials_unlit") != nullptr) {
+    if (emission != nullptr) {
+        made.material.ka = 1;
+        made.material.kd = made.material.ks = 0;
+    } else if (member(extensions, "KHR_materials_unlit") != nullptr) {
         made.material.ka = 1;
         made.material.kd = made.material.ks = 0;
         if (!std::exchange(has_unlit_, true))
@@ -129,8 +148,10 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
     constexpr double kUsualCutoff = 0.5, kMinFactor = 1e-3;
     const double cutoff = std::clamp(number_of(described, "alphaCutoff", kUsualCutoff), 0.0, 1.0) /
                           std::max(kMinFactor, static_cast<double>(made.factor.w));
-    if (image != nullptr)
-        read_image(*image, mode == "MASK" ? static_cast<float>(std::min(cutoff, 1.0)) : 0, made);
+    const Json *const emissive = emission != nullptr ? member(described, "emissiveTexture") : nullptr;
+    if (image != nullptr || emissive != nullptr)
+        read_image(image != nullptr ? *image : *emissive,
+                   mode == "MASK" ? static_cast<float>(std::min(cutoff, 1.0)) : 0, made);
     if (mode == "BLEND" || (mode == "MASK" && !made.has_image))
         drop_once(report_, "opacity of materials (" + mode + ")", "points are opaque");
     if (is_true(member(described, "doubleSided")) && !std::exchange(has_double_sided_, true))
@@ -139,8 +160,10 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
         if (member(from, key) != nullptr)
             drop_once(report_, std::string(key) + " of materials", why);
     };
-    for (const char *key : {"normalTexture", "occlusionTexture", "emissiveTexture"})
+    for (const char *key : {"normalTexture", "occlusionTexture"})
         drop(described, key, "not used by PBM");
+    if (emission == nullptr)
+        drop(described, "emissiveTexture", "not used by PBM");
     drop(metallic, "metallicRoughnessTexture", "PBM has materials, no images of them");
     drop(glossy, "specularGlossinessTexture", "PBM has materials, no images of them");
     return made;

@@ -12,7 +12,8 @@
 namespace pbm::build {
 
 // Reads the default scene, or the first: its nodes with their transforms, meshes of triangles, strips, fans and points.
-// A mesh that several nodes show is there several times.
+// A mesh that several nodes show, or instances, is there several times. Skins have the pose of the nodes of their
+// joints, morph targets the weights that the file gives them.
 //
 // Colours of points are COLOR_0 x base colour factor x base colour image, as the specification says. Materials without
 // any of these but a factor become materials. Of metallic roughness the highlights are kept: ks is
@@ -20,8 +21,9 @@ namespace pbm::build {
 // 0.4 metallic (1 - roughness). Unlit materials show their colour as it is.
 //
 // Extensions: KHR_texture_transform, KHR_mesh_quantization, KHR_materials_unlit, KHR_draco_mesh_compression,
-// EXT_meshopt_compression, EXT_texture_webp, and of KHR_materials_pbrSpecularGlossiness the colour. A file that
-// requires another one is refused.
+// EXT_meshopt_compression, KHR_meshopt_compression (without version 1 of its streams), EXT_texture_webp,
+// EXT_mesh_gpu_instancing, KHR_node_visibility, and of KHR_materials_pbrSpecularGlossiness the colour. A file that
+// requires another one is refused; others have a line of the report.
 //
 // errors  bad_input            damaged or cut short; with `strict` also a dropped attribute
 //         too_large            more than 2^31 - 1 vertices, or instances of many more vertices than the file has bytes

@@ -1,8 +1,11 @@
 #include "pbm_scan/images/image_decoder.h"
 
 #include "pbm_scan/surface/refusal.h"
+#include "pbm_scan/text/stand_in.h"
 
 #include <jpeglib.h>
+
+#include <jerror.h>
 #include <png.h>
 #include <stb/stb_image.h>
 #include <webp/decode.h>
@@ -64,6 +67,7 @@ Status decode_png(ByteView bytes, std::size_t channels, const RowSink &take) {
     PngImage image(bytes);
     if (!image.is_open)
         return damaged(image.png.message);
+    image.png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB; // where no chunk says that 16 bits are linear
     // Without a background libpng drops the opacity of nothing but opaque images.
     const bool has_opacity = channels == 4 || (image.png.format & PNG_FORMAT_FLAG_ALPHA) != 0;
     image.png.format = has_opacity ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
@@ -81,21 +85,26 @@ Status decode_png(ByteView bytes, std::size_t channels, const RowSink &take) {
     return {};
 }
 
-// libjpeg reports errors by a long jump to on_error. Warnings count as errors: libjpeg warns where it makes up missing
-// data.
+// libjpeg reports errors by a long jump to on_error. Warnings count as errors where libjpeg makes up missing data.
 struct JpegReader {
     jpeg_decompress_struct info{};
     jpeg_error_mgr errors{};
     std::jmp_buf on_error{};
     std::array<char, JMSG_LENGTH_MAX> message{};
+    bool has_stray_bytes = false;
 
     JpegReader() {
         info.err = jpeg_std_error(&errors);
         info.client_data = this;
         errors.error_exit = [](j_common_ptr common) { static_cast<JpegReader *>(common->client_data)->fail(); };
         errors.emit_message = [](j_common_ptr common, int level) {
-            if (level < 0)
-                static_cast<JpegReader *>(common->client_data)->fail();
+            auto &reader = *static_cast<JpegReader *>(common->client_data);
+            const int code = common->err->msg_code;
+            const bool is_harmless =
+                code == JWRN_EXTRANEOUS_DATA || code == JWRN_TOO_MUCH_DATA || code == JWRN_ADOBE_XFORM;
+            if (level < 0 && !is_harmless)
+                reader.fail();
+            reader.has_stray_bytes = reader.has_stray_bytes || level < 0;
         };
     }
     ~JpegReader() { jpeg_destroy_decompress(&info); }
@@ -124,7 +133,7 @@ bool read_jpeg_header(JpegReader &reader, ByteView bytes) {
     });
 }
 
-Status decode_jpeg(ByteView bytes, std::size_t channels, const RowSink &take) {
+Status decode_jpeg(ByteView bytes, std::size_t channels, const RowSink &take, bool *has_stray_bytes) {
     JpegReader reader;
     if (!read_jpeg_header(reader, bytes))
         return damaged(reader.message.data());
@@ -150,6 +159,8 @@ Status decode_jpeg(ByteView bytes, std::size_t channels, const RowSink &take) {
     }
     const bool finished =
         survives(reader, [](jpeg_decompress_struct &info) { return jpeg_finish_decompress(&info) == TRUE; });
+    if (has_stray_bytes != nullptr)
+        *has_stray_bytes = reader.has_stray_bytes;
     return finished ? Status() : Status(damaged(reader.message.data()));
 }
 
@@ -261,6 +272,8 @@ Result<ImageFormat> image_format(ByteView bytes) {
     for (const std::string_view signature : kHdrSignatures)
         if (starts_with(bytes, signature))
             return ImageFormat::hdr;
+    if (const auto instead = stand_in({reinterpret_cast<const char *>(bytes.data()), bytes.size()}))
+        return bad_input("the file is " + *instead);
     return bad_input("neither PNG nor JPEG nor WebP nor Radiance HDR: no image that can be read here");
 }
 
@@ -281,14 +294,15 @@ Result<ImageSize> image_size(ByteView bytes, ImageFormat format) {
     return ImageSize{reader.info.image_width, reader.info.image_height};
 }
 
-Status decode_rows(ByteView bytes, ImageFormat format, std::size_t channels, const RowSink &take) {
+Status decode_rows(ByteView bytes, ImageFormat format, std::size_t channels, const RowSink &take,
+                   bool *has_stray_bytes) {
     switch (format) {
     case ImageFormat::png: return decode_png(bytes, channels, take);
     case ImageFormat::webp: return decode_webp(bytes, channels, take);
     case ImageFormat::jpeg:
     case ImageFormat::hdr: break;
     }
-    return decode_jpeg(bytes, channels, take);
+    return decode_jpeg(bytes, channels, take, has_stray_bytes);
 }
 
 Result<std::vector<float>> decode_hdr(ByteView bytes) {

@@ -34,10 +34,13 @@ Result<ImageSize> image_size(ByteView bytes, ImageFormat format);
 // Calls `take` with rows of sRGB pixels from top to bottom: R, G, B or, with `channels` 4, also the opacity. Expands
 // grey to three channels, reduces 16 bits to 8.
 //
-// errors  bad_input            damaged or cut short, also where the library would only warn
+// `has_stray_bytes` becomes true where bytes of the image belong to no part of it.
+//
+// errors  bad_input            damaged or cut short, also where the library would only warn and make up pixels
 //         unsupported_feature  colours that are neither grey nor RGB
 using RowSink = std::function<void(std::span<const std::uint8_t>)>;
-Status decode_rows(ByteView bytes, ImageFormat format, std::size_t channels, const RowSink &take);
+Status decode_rows(ByteView bytes, ImageFormat format, std::size_t channels, const RowSink &take,
+                   bool *has_stray_bytes = nullptr);
 
 // Linear R, G, B, [height][width][3], top row first, of an HDR image: finite, not negative.
 //

@@ -4,6 +4,7 @@
 #include "pbm_scan/surface/refusal.h"
 #include "system/processes/child_process.h"
 
+#include <array>
 #include <cstring>
 
 namespace pbm::build {
@@ -17,7 +18,7 @@ Status check_size(const ImageSize &size) {
                      " pixels, more than can be read here; make it smaller");
 }
 
-// In the child: the size, then the texels.
+// In the child: the size, the texels, and a byte: whether there are stray bytes.
 Status decode_and_send(ByteView bytes, ImageFormat format, const ByteSink &send) {
     const Result<ImageSize> size = image_size(bytes, format);
     if (!size)
@@ -25,7 +26,11 @@ Status decode_and_send(ByteView bytes, ImageFormat format, const ByteSink &send)
     if (Status good = check_size(*size); !good)
         return good;
     send({reinterpret_cast<const std::uint8_t *>(&*size), sizeof *size});
-    return decode_rows(bytes, format, 4, send);
+    bool has_stray_bytes = false;
+    const Status decoded = decode_rows(bytes, format, 4, send, &has_stray_bytes);
+    const std::array<std::uint8_t, 1> end{static_cast<std::uint8_t>(has_stray_bytes ? 1 : 0)};
+    send(end);
+    return decoded;
 }
 
 } // namespace
@@ -39,16 +44,17 @@ Result<Texture> read_image(ByteView bytes) {
     // Data of the child is untrusted.
     ImageSize size;
     Texture texture;
+    std::array<std::uint8_t, 1> end{};
     std::size_t received = 0;
     const auto astray = [] { return bad_input("the decoder went astray in this image; convert it to PNG"); };
     const auto receive = [&](ByteView part) -> Status {
         while (!part.empty()) {
-            const bool in_head = received < sizeof size;
-            const std::span<std::uint8_t> to =
-                in_head ? std::span(reinterpret_cast<std::uint8_t *>(&size), sizeof size)
-                        : std::span(reinterpret_cast<std::uint8_t *>(texture.texels.data()), 4 * texture.texels.size());
-            const std::size_t at = in_head ? received : received - sizeof size;
-            const std::size_t count = std::min(part.size(), to.size() - at);
+            const std::span head(reinterpret_cast<std::uint8_t *>(&size), sizeof size);
+            const std::span texels(reinterpret_cast<std::uint8_t *>(texture.texels.data()), 4 * texture.texels.size());
+            const bool in_head = received < head.size(), in_texels = received < head.size() + texels.size();
+            const std::span<std::uint8_t> to = in_head ? head : in_texels ? texels : std::span<std::uint8_t>(end);
+            const std::size_t at = received - (in_head ? 0 : in_texels ? head.size() : head.size() + texels.size());
+            const std::size_t count = std::min(part.size(), to.size() - std::min(at, to.size()));
             if (count == 0)
                 return astray();
             std::memcpy(to.data() + at, part.data(), count);
@@ -69,8 +75,9 @@ Result<Texture> read_image(ByteView bytes) {
                          .receive = receive};
     if (Status done = run_in_child(task); !done)
         return done.error();
-    if (texture.texels.empty() || received != sizeof size + 4 * texture.texels.size())
+    if (texture.texels.empty() || received != sizeof size + 4 * texture.texels.size() + end.size())
         return astray();
+    texture.has_stray_bytes = end[0] != 0;
     texture.width = size.width;
     texture.height = size.height;
     return texture;

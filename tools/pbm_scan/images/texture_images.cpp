@@ -41,9 +41,10 @@ std::uint16_t TextureImages::add(Key key, ByteView bytes) {
     if (bytes_ > kMaxBytes)
         return drop(key, "the images need more than 8 GiB; make them smaller");
     texture->use = key.second;
-    report_.push_back(
-        {line_name(key.first), Fate::converted,
-         std::to_string(texture->width) + " x " + std::to_string(texture->height) + ", to colours of points"});
+    report_.push_back({line_name(key.first), Fate::converted,
+                       std::to_string(texture->width) + " x " + std::to_string(texture->height) +
+                           ", to colours of points" +
+                           (texture->has_stray_bytes ? "; bytes that belong to no part of the image left out" : "")});
     surface_.textures.push_back(std::move(*texture));
     const auto number = static_cast<std::uint16_t>(surface_.textures.size() - 1);
     numbers_.emplace(std::move(key), number);

@@ -2,6 +2,7 @@
 
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/surface/surface.h"
+#include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
 
 #include <array>
@@ -74,37 +75,81 @@ class LasHeaderReader {
             header.scale.z == 0)
             return bad_input("scale or offset of the coordinates is no finite number", 131);
         read_records(size, at<std::uint32_t>(100), header);
+        if (minor >= 4)
+            read_records_behind(at<std::uint64_t>(235), at<std::uint32_t>(243), header);
+        set_crs(header);
         return header;
     }
 
   private:
     template <class T> T at(std::size_t offset) const { return load<T>(bytes_.data() + offset); }
 
-    // Looks among the variable length records for the coordinate reference system, the extra bytes and LASzip.
-    void read_records(std::size_t from, std::uint32_t count, LasHeader &header) const {
-        constexpr std::uint16_t kWkt = 2112, kExtraBytes = 4, kLaszip = 22204;
-        constexpr std::size_t kMaxCrs = 4096;
+    // Variable length records, between the header and the points.
+    void read_records(std::size_t from, std::uint32_t count, LasHeader &header) {
         for (std::uint32_t i = 0; i < count && header.first - from >= kRecordHeader; ++i) {
-            const std::string_view user = as_text(bytes_.subspan(from + 2, 16));
-            const auto id = at<std::uint16_t>(from + 18);
-            const std::size_t length = at<std::uint16_t>(from + 20);
-            from += kRecordHeader;
-            if (length > header.first - from)
+            const std::size_t length = at<std::uint16_t>(from + 20), content = from + kRecordHeader;
+            if (length > header.first - content)
                 return;
-            if (user.starts_with("LASF_Projection") && id == kWkt && length <= kMaxCrs) {
-                const std::string_view text = as_text(bytes_.subspan(from, length));
-                header.crs = text.substr(0, text.find('\0'));
-            }
-            if (user.starts_with("LASF_Spec") && id == kExtraBytes)
-                header.extra_bytes = bytes_.subspan(from, length);
-            if (user.starts_with("laszip encoded") && id == kLaszip) {
-                header.laz_record = bytes_.subspan(from, length);
-                header.laz_offset = from;
-            }
-            from += length;
+            take_record(from, content, length, header);
+            from = content + length;
         }
     }
 
+    // Extended ones, which may lie behind the points.
+    void read_records_behind(std::uint64_t from, std::uint32_t count, LasHeader &header) {
+        constexpr std::size_t kLongHeader = 60;
+        for (std::uint32_t i = 0; i < count && from <= bytes_.size() && bytes_.size() - from >= kLongHeader; ++i) {
+            const auto begin = static_cast<std::size_t>(from);
+            const std::uint64_t length = at<std::uint64_t>(begin + 20), content = from + kLongHeader;
+            if (length > bytes_.size() - content)
+                return;
+            take_record(begin, static_cast<std::size_t>(content), static_cast<std::size_t>(length), header);
+            from = content + length;
+        }
+    }
+
+    // A record whose header begins at `from`.
+    void take_record(std::size_t from, std::size_t content, std::size_t length, LasHeader &header) {
+        constexpr std::uint16_t kWkt = 2112, kKeys = 34735, kNumbers = 34736, kTexts = 34737, kExtraBytes = 4,
+                                kLaszip = 22204, kSuperseded = 7, kMathTransform = 2111;
+        const std::string_view padded = as_text(bytes_.subspan(from + 2, 16)),
+                               user = padded.substr(0, padded.find('\0'));
+        const auto id = at<std::uint16_t>(from + 18);
+        const ByteView bytes = bytes_.subspan(content, length);
+        if ((user == "LASF_Projection" || (user == "liblas" && wkt_.empty())) && id == kWkt) {
+            wkt_ = as_text(bytes).substr(0, as_text(bytes).find('\0'));
+        } else if (user == "LASF_Projection" && (id == kKeys || id == kNumbers || id == kTexts)) {
+            (id == kKeys ? geotiff_.keys : id == kNumbers ? geotiff_.numbers : geotiff_.texts) = bytes;
+        } else if (user == "LASF_Spec" && id == kExtraBytes) {
+            header.extra_bytes = bytes;
+        } else if (user == "laszip encoded" && id == kLaszip) {
+            header.laz_record = bytes;
+            header.laz_offset = content;
+        } else if (user == "copc" || user == "LAStools") {
+            header.has_index = true;
+        } else if (length != 0 && !(user == "LASF_Spec" && id == kSuperseded) &&
+                   !(user == "LASF_Projection" && id == kMathTransform && length <= 1)) {
+            const std::string name = printable(user) + " " + std::to_string(id);
+            constexpr std::size_t kMaxNamed = 64;
+            if (header.other_records.size() < kMaxNamed)
+                header.other_records.push_back(name);
+        }
+    }
+
+    // WKT comes before GeoTIFF keys.
+    void set_crs(LasHeader &header) const {
+        if (!wkt_.empty()) {
+            header.crs_facts = facts_of(wkt_);
+            header.crs = wkt_.size() <= kMaxCrsBytes ? std::string(wkt_) : short_crs(wkt_);
+            return;
+        }
+        GeotiffCrs crs = read_geotiff(geotiff_);
+        header.crs = std::move(crs.text);
+        header.crs_facts = crs.facts;
+    }
+
+    std::string_view wkt_;
+    GeotiffRecords geotiff_;
     ByteView bytes_;
 };
 

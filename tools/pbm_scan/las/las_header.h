@@ -2,6 +2,7 @@
 // Based on: ASPRS. LAS Specification 1.4 - R15. 2019
 #pragma once
 
+#include "pbm_scan/conventions/geotiff_keys.h"
 #include "system/bytes.h"
 #include "system/error.h"
 
@@ -10,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace pbm::build {
 
@@ -26,11 +28,14 @@ struct LasHeader {
     std::uint64_t announced = 0;
     bool has_records_behind = false; // behind the points
     glm::dvec3 scale{1}, offset{0}, lowest{0}, highest{0};
-    std::string crs;
-    ByteView extra_bytes;           // descriptions of the bytes behind the fields of the format; 192 bytes each
-    bool is_compressed = false;     // LAZ
-    ByteView laz_record;            // what the record "laszip encoded" holds; empty without one
-    std::uint64_t laz_offset = 100; // of laz_record; without one, of the number of records
+    std::string crs; // WKT, or the GeoTIFF keys as a text
+    CrsFacts crs_facts;
+    std::vector<std::string> other_records; // "user 123" of records that nothing is made of
+    bool has_index = false;                 // records that only say where points are
+    ByteView extra_bytes;                   // descriptions of the bytes behind the fields of the format; 192 bytes each
+    bool is_compressed = false;             // LAZ
+    ByteView laz_record;                    // what the record "laszip encoded" holds; empty without one
+    std::uint64_t laz_offset = 100;         // of laz_record; without one, of the number of records
 };
 
 // errors  bad_input            the header is damaged, cut short or contradicts itself

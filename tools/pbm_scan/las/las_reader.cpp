@@ -1,6 +1,8 @@
 #include "pbm_scan/las/las_reader.h"
 
 #include "pbm_scan/clouds/intensity.h"
+#include "pbm_scan/conventions/colour_range.h"
+#include "pbm_scan/conventions/convention.h"
 #include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/las/las_measurements.h"
 #include "pbm_scan/las/las_records.h"
@@ -72,26 +74,31 @@ class Measurements {
     std::vector<std::pair<const LasMeasurement *, const FieldColumn *>> wanted_;
 };
 
-// Colours of 16 bits; of 8 where none is larger, as some writers leave them.
+// Colours of 16 bits; of 8 where nearly none is larger, as some writers leave them.
 void keep_colours(const std::vector<std::array<std::uint16_t, 3>> &colours, Surface &surface) {
-    std::uint16_t highest = 0;
-    for (const auto &colour : colours)
-        highest = std::max({highest, colour[0], colour[1], colour[2]});
-    if (highest == 0) {
+    std::uint64_t lit = 0, above_byte = 0;
+    for (const auto &colour : colours) {
+        const int bits = colour[0] | colour[1] | colour[2];
+        lit += bits != 0 ? 1U : 0U;
+        above_byte += bits > 255 ? 1U : 0U;
+    }
+    if (lit == 0) {
         surface.report.push_back({"colours", Fate::dropped, "all are black"});
         return;
     }
-    const bool are_bytes = highest <= 255;
+    const ColourRange range = range_of_words(lit, above_byte);
+    const bool are_bytes = range.white == 255;
     surface.colours.reserve(colours.size());
     for (const auto &colour : colours) {
         Rgb8 bytes{};
         for (std::size_t c = 0; c < 3; ++c)
-            bytes[c] = static_cast<std::uint8_t>(are_bytes ? colour[c] : (colour[c] + 128U) / 257U);
+            bytes[c] = static_cast<std::uint8_t>(are_bytes ? std::min(colour[c], std::uint16_t{255})
+                                                           : (colour[c] + 128U) / 257U);
         surface.colours.push_back(bytes);
     }
-    surface.report.push_back(are_bytes
-                                 ? AttributeReport{"colours", Fate::kept, "sRGB, of 8 bits though the format has 16"}
-                                 : AttributeReport{"colours", Fate::converted, "sRGB, 16 bits to 8"});
+    surface.report.push_back(
+        are_bytes ? AttributeReport{"colours", Fate::kept, "sRGB, of 8 bits though the format has 16" + range.note()}
+                  : AttributeReport{"colours", Fate::converted, "sRGB, 16 bits to 8"});
 }
 
 void report_header(const LasHeader &header, std::uint64_t points, Surface &surface) {
@@ -116,7 +123,10 @@ void report_header(const LasHeader &header, std::uint64_t points, Surface &surfa
 
 } // namespace
 
-bool is_las(std::span<const std::uint8_t> bytes) { return as_text(bytes).starts_with("LASF"); }
+bool is_las(std::span<const std::uint8_t> bytes) {
+    constexpr std::size_t kVersion = 24; // a text has letters there
+    return as_text(bytes).starts_with("LASF") && (bytes.size() <= kVersion || bytes[kVersion] < ' ');
+}
 
 Result<Surface> read_las(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
     Result<LasHeader> header = read_las_header(bytes);
@@ -173,10 +183,13 @@ Result<Surface> read_las(std::span<const std::uint8_t> bytes, const ReadOptions 
         use_intensities(intensities, surface,
                         measurements.keeps_intensity() ? "" : "the points have colours; --field intensity keeps it");
     measurements.report(*header, bits, surface);
-    if (records->bytes_behind() != 0)
-        surface.report.push_back(line_of(Warning::trailing_bytes, "end of file",
-                                         counted(records->bytes_behind(), "byte") + " behind the last point"));
+    report_trailing(surface.report, records->bytes_behind(), "behind the last point");
+    if (header->has_index)
+        surface.report.push_back({"index of the points", Fate::kept, "not needed: all points are read"});
+    if (!header->other_records.empty())
+        surface.report.push_back({"records " + listed(header->other_records), Fate::dropped, "not used by PBM"});
     surface.crs = std::move(header->crs);
+    apply_crs(header->crs_facts, surface.convention);
     return finished(std::move(surface), options);
 }
 

@@ -10,8 +10,8 @@
 namespace pbm::build {
 
 // Positions in doubles (record x scale + offset), colours, else the intensity as grey, and the coordinate reference
-// system (WKT). Points flagged as withheld are left out and counted. The points that are there count: where the header
-// announces others, or other bounds, the report says so.
+// system (WKT, or GeoTIFF keys as a text). Points flagged as withheld are left out and counted. The points that are
+// there count: where the header announces others, or other bounds, the report says so.
 //
 // errors  bad_input            damaged or cut short; with `strict` a dropped field
 //         unsupported_feature  a kind of LAZ that is not known (laz_layout.h)

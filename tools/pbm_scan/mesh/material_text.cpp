@@ -74,55 +74,58 @@ MaterialImage read_image_statement(std::string_view words, std::vector<std::stri
         else if (name == "-t" || name == "-mm" || name == "-imfchan")
             dropped.emplace_back(name);
     }
-    image.file = trimmed(words, " \t\"");
+    image.file = trimmed(words, " \t");
     return image;
 }
 
 double unit(double value) { return std::clamp(value, 0.0, 1.0); }
 
 // One statement of the current material; false if it makes no sense.
-bool read_statement(std::string_view keyword, std::string_view words, NamedMaterial &named,
+bool read_statement(std::string_view word, std::string_view words, NamedMaterial &named,
                     std::vector<AttributeReport> &report) {
     const auto once = [&](const char *name, Fate fate, const char *note) {
         if (std::none_of(report.begin(), report.end(), [&](const auto &line) { return line.name == name; }))
             report.push_back({name, fate, note});
     };
+    const std::string keyword = lower_case(word);
     Material &material = named.material;
     std::array<double, 3> three{};
     double one = 0;
-    if (keyword == "Kd") {
+    if (keyword == "kd") {
         if (!read_numbers(words, three))
             return false;
         for (std::size_t i = 0; i < 3; ++i)
             material.colour[i] = static_cast<std::uint8_t>(unit(three[i]) * 255 + 0.5);
         once("Kd of materials", Fate::kept, "their colours, sRGB, 8 bits");
-    } else if (keyword == "Ks") {
+    } else if (keyword == "ks") {
         if (!read_numbers(words, three))
             return false;
         material.ks = static_cast<float>((unit(three[0]) + unit(three[1]) + unit(three[2])) / 3);
         once("Ks of materials", Fate::converted, "one value: the mean of its channels");
-    } else if (keyword == "Ns") {
+    } else if (keyword == "ns") {
         if (!read_numbers(words, {&one, 1}))
             return false;
         material.power = static_cast<float>(std::clamp(one, 1.0, 1024.0));
         once("Ns of materials", Fate::kept, "specular power, 1 to 1,024");
-    } else if (keyword == "d" || keyword == "Tr") {
+    } else if (keyword == "d" || keyword == "tr") {
         if (!read_numbers(words, {&one, 1}))
             return false;
         if (one != (keyword == "d" ? 1 : 0))
             once("opacity of materials", Fate::dropped, "points are opaque");
-    } else if (keyword == "map_Kd") {
+    } else if (keyword == "map_kd") {
         std::vector<std::string> dropped;
         named.image = read_image_statement(words, dropped);
         for (const std::string &option : dropped)
             drop_once(report, "option " + option + " of images", "not used by PBM");
     } else if (keyword.starts_with("map_")) {
-        drop_once(report, std::string(keyword.substr(0, 16)) + " of materials",
+        drop_once(report, std::string(word.substr(0, 16)) + " of materials",
                   "PBM has colours of points, no other images");
     } else {
         constexpr std::array<std::string_view, 8> kKnown{"Ka", "Ke", "Tf", "Ni", "illum", "sharpness", "bump", "refl"};
-        const bool known = std::find(kKnown.begin(), kKnown.end(), keyword) != kKnown.end();
-        drop_once(report, known ? std::string(keyword) + " of materials" : "further statements of materials",
+        const auto *const known = std::find_if(kKnown.begin(), kKnown.end(),
+                                               [&](std::string_view name) { return lower_case(name) == keyword; });
+        drop_once(report,
+                  known != kKnown.end() ? std::string(*known) + " of materials" : "further statements of materials",
                   "not used by PBM");
     }
     return true;
@@ -139,7 +142,7 @@ void read_materials(std::string_view text, const Material &default_material, std
         text.remove_prefix(std::min(end + 1, text.size()));
         const std::size_t space = std::min(line.find_first_of(" \t"), line.size());
         const std::string_view keyword = line.substr(0, space), rest = trimmed(line.substr(space), " \t");
-        if (keyword == "newmtl")
+        if (same_word(keyword, "newmtl"))
             materials.push_back({std::string(rest), default_material, {}});
         else if (!keyword.empty() && !keyword.starts_with('#') && materials.size() > first &&
                  !read_statement(keyword, rest, materials.back(), report))

@@ -1,12 +1,14 @@
 // Normals and colours as OBJ and OFF give them.
 #pragma once
 
+#include "pbm_scan/conventions/colour_range.h"
 #include "pbm_scan/surface/surface.h"
+#include "pbm_scan/text/printable.h"
 
 #include <glm/geometric.hpp>
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -34,25 +36,34 @@ inline void keep_normals(Surface &surface, std::string note) {
     surface.report.push_back({"normals", Fate::kept, std::move(note)});
 }
 
-// `colours`: of the vertices, 0..1 or 0..255. `of_faces`: what became of face colours, empty if they are the vertices'
-// own.
-inline void keep_colours(const std::vector<glm::vec3> &colours, const std::string &of_faces, Surface &surface) {
+inline constexpr glm::vec3 kNoColour(std::numeric_limits<float>::quiet_NaN()); // of a vertex without one
+
+// `colours`: of the vertices, in any range (colour_range.h). `of_faces`: what became of face colours, empty if they are
+// the vertices' own. `colour_without(vertex)`: the colour of a vertex that has kNoColour.
+template <class ColourWithout>
+void keep_colours(const std::vector<glm::vec3> &colours, const std::string &of_faces, Surface &surface,
+                  const ColourWithout &colour_without) {
     if (colours.empty())
         return;
-    float highest = 0;
-    for (const glm::vec3 &c : colours)
-        highest = std::max(highest, std::max(c.x, std::max(c.y, c.z)));
+    const ColourRange range = colour_range(colours, ColourNumbers::any);
     const char *name = of_faces.empty() ? "vertex colours" : "face colours";
-    if (!(highest <= 255.0F)) {
-        surface.report.push_back({name, Fate::dropped, "values above 255 are no colours"});
+    if (range.white == 0) {
+        surface.report.push_back({name, Fate::dropped, "nearly all are above 65,535: these are no colours"});
         return;
     }
-    const float factor = highest <= 1.0F ? 255.0F : 1.0F;
+    std::uint64_t without = 0;
     surface.colours.reserve(colours.size());
-    for (const glm::vec3 &c : colours)
-        surface.colours.push_back(colour_bytes(c, factor));
-    surface.report.push_back(of_faces.empty() ? AttributeReport{name, Fate::kept, "sRGB, 8 bits"}
-                                              : AttributeReport{name, Fate::converted, of_faces});
+    for (const glm::vec3 &c : colours) {
+        const bool has_none = std::isnan(c.x) && std::isnan(c.y) && std::isnan(c.z);
+        without += has_none ? 1U : 0U;
+        surface.colours.push_back(has_none ? colour_without(surface.colours.size()) : colour_bytes(c, range.factor()));
+    }
+    std::string note = of_faces.empty() ? range.white == 65535 ? "sRGB, 16 bits to 8" : "sRGB, 8 bits" : of_faces;
+    note += range.note();
+    if (without != 0)
+        note += "; " + counted(without, "vertex") + " without one " + (without == 1 ? "has" : "have") +
+                " that of the material";
+    surface.report.push_back({name, of_faces.empty() ? Fate::kept : Fate::converted, std::move(note)});
 }
 
 } // namespace pbm::build

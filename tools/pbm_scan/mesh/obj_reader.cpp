@@ -35,7 +35,9 @@ std::vector<NamedFile> material_files(const std::string &path, std::span<const s
         if (files.size() == kMaxFurtherFiles || add(names))
             continue;
         while (!names.empty()) {
-            const std::size_t end = std::min(names.find_first_of(" \t"), names.size());
+            const std::size_t quote = names.find_first_of("\"'") == 0 ? names.find(names.front(), 1) : names.npos;
+            const std::size_t end =
+                quote != names.npos ? quote + 1 : std::min(names.find_first_of(" \t"), names.size());
             add(names.substr(0, end));
             names.remove_prefix(std::min(names.find_first_not_of(" \t", end), names.size()));
         }
@@ -71,7 +73,7 @@ MaterialFiles read_material_files(std::span<const NamedFile> files, const Materi
                 continue;
             found.images.push_back(name_beside(file, image));
             if (found.images.back().file.empty())
-                drop_once(found.report, "texture image " + printable_in_quotes(image), "there is no such file",
+                drop_once(found.report, "texture image " + printable_in_quotes(image), why_missing(image),
                           Warning::missing_image);
             image = found.images.back().file;
         }
@@ -85,9 +87,13 @@ class MaterialTable {
     MaterialTable(const ObjText &text, const std::vector<NamedMaterial> &named, const Material &default_material)
         : used_{default_material}, numbers_(text.materials.size(), 0), images_(text.materials.size()) {
         for (std::size_t i = 0; i < text.materials.size(); ++i) {
-            const auto found = std::find_if(named.begin(), named.end(), [&](const NamedMaterial &material) {
+            auto found = std::find_if(named.begin(), named.end(), [&](const NamedMaterial &material) {
                 return material.name == text.materials[i];
             });
+            if (found == named.end())
+                found = std::find_if(named.begin(), named.end(), [&](const NamedMaterial &material) {
+                    return lower_case(material.name) == lower_case(text.materials[i]);
+                });
             if (found == named.end())
                 continue;
             const auto same = std::find(used_.begin(), used_.end(), found->material);
@@ -270,7 +276,11 @@ Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options) {
     ObjFaces faces(*text, materials, images, surface);
     faces.run(part(0.7, 1));
     keep_normals(surface, surface.vertex_copies == 0 ? "normals" : "each corner has its own");
-    keep_colours(text->colours, "", surface);
+    keep_colours(text->colours, "", surface, [&](std::size_t vertex) {
+        const std::vector<std::uint16_t> &of_vertices = faces.materials();
+        const bool has_one = vertex < of_vertices.size() && of_vertices[vertex] != kNoMaterial;
+        return materials.used()[has_one ? of_vertices[vertex] : 0].colour;
+    });
     if (!text->texture_coordinates.empty())
         report_textures(surface);
     keep_materials(faces.materials(), materials.used(), surface);

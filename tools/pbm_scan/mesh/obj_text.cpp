@@ -1,8 +1,10 @@
 #include "pbm_scan/mesh/obj_text.h"
 
+#include "pbm_scan/mesh/mesh_attributes.h"
 #include "pbm_scan/mesh/mesh_reader.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
+#include "pbm_scan/text/words.h"
 
 #include <algorithm>
 #include <array>
@@ -59,6 +61,9 @@ std::string_view with_joined_lines(std::string_view text, std::string &storage) 
     return storage;
 }
 
+constexpr std::string_view kPolypaint = "#MRGB ";
+constexpr std::uint32_t kAbsent = ObjText::kNone - 1; // index of a normal or of texture coordinates
+
 // A count that a comment announces.
 struct Announcement {
     std::uint64_t count = 0;
@@ -89,10 +94,8 @@ class ObjParser {
             if (progress_ && lines_.number() % kReported == 0)
                 progress_(static_cast<double>(lines_.offset()) / static_cast<double>(size_));
         }
-        for (const auto &[highest, count] : {std::pair(&vertex_, out_.positions.size()), std::pair(&normal_, normals_),
-                                             std::pair(&texture_, textures_)})
-            if (highest->index > static_cast<std::int64_t>(count))
-                return *highest->error;
+        if (vertex_.index > static_cast<std::int64_t>(out_.positions.size()))
+            return *vertex_.error;
         for (const Status &status :
              {compare(vertices_, out_.positions.size(), "vertices"), compare(face_lines_, face_lines_found_, "faces"),
               compare(triangles_, std::max(face_lines_found_, triangles_found_), "triangles")})
@@ -135,11 +138,24 @@ class ObjParser {
         lines_.rewind();
         std::string_view text = lines_.rest();
         text.remove_prefix(text.find('#'));
+        if (text.starts_with(kPolypaint))
+            return add_polypaint(text.substr(kPolypaint.size()));
         text.remove_prefix(std::min(text.find_first_not_of('#'), text.size()));
         while (!text.empty()) {
             const std::size_t comma = std::min(text.find(','), text.size());
             announced(text.substr(0, comma));
             text.remove_prefix(std::min(comma + 1, text.size()));
+        }
+    }
+
+    // ZBrush: MMRRGGBB in hexadecimal for each vertex, in blocks of up to 64. MM is a mask.
+    void add_polypaint(std::string_view digits) {
+        constexpr std::size_t kDigits = 8;
+        for (digits = trimmed(digits, kBlanks); digits.size() >= kDigits; digits.remove_prefix(kDigits)) {
+            const auto colour = parse_all<std::uint32_t>(digits.substr(0, kDigits), 16);
+            if (!colour)
+                return;
+            polypaint_.push_back(*colour & 0xFFFFFFU);
         }
     }
 
@@ -181,19 +197,56 @@ class ObjParser {
 
     // Normals that no face names belong to the vertices if their numbers are equal, as in point clouds.
     void finish_attributes() {
+        const std::uint64_t without_normal = complete(out_.corner_normals, normals_),
+                            without_texture = complete(out_.corner_textures, textures_);
+        if (without_normal != 0)
+            out_.report.push_back({"normals of " + counted(without_normal, "corner"), Fate::dropped,
+                                   "their indices name normals that do not exist"});
+        if (without_texture != 0)
+            out_.report.push_back({"texture coordinates of " + counted(without_texture, "corner"), Fate::dropped,
+                                   "their indices name texture coordinates that do not exist"});
         if (out_.corner_normals.empty() && normals_ != out_.positions.size() && normals_ != 0) {
             drop_once(out_.report, "normals", "no face names them, and they are not as many as the vertices");
             out_.normals.clear();
         }
-        for (auto *const indices : {&out_.corner_normals, &out_.corner_textures})
-            if (!indices->empty())
-                indices->resize(out_.corners.size(), ObjText::kNone);
-        if (!all_coloured_)
-            out_.colours.clear();
+        if (!out_.colours.empty())
+            out_.colours.resize(out_.positions.size(), kNoColour);
+        use_polypaint();
         if (has_points_ && face_lines_found_ != 0)
             drop_once(out_.report, "points 'p'", "the model has faces; their vertices are kept");
         if (open_end_)
             report_open_end(out_.report);
+    }
+
+    // Replaces indices of what does not exist by kNone, and returns their number. Ends an array that has some.
+    std::uint64_t complete(std::vector<std::uint32_t> &indices, std::uint64_t count) const {
+        std::uint64_t absent = 0;
+        for (std::uint32_t &index : indices)
+            if (index != ObjText::kNone && index >= count) {
+                index = ObjText::kNone;
+                ++absent;
+            }
+        if (absent != 0 && std::all_of(indices.begin(), indices.end(), [](auto i) { return i == ObjText::kNone; }))
+            indices.clear();
+        if (!indices.empty())
+            indices.resize(out_.corners.size(), ObjText::kNone);
+        return absent;
+    }
+
+    void use_polypaint() {
+        if (polypaint_.empty())
+            return;
+        if (!out_.colours.empty() || polypaint_.size() != out_.positions.size()) {
+            out_.report.push_back({"polypaint (#MRGB)", Fate::dropped,
+                                   out_.colours.empty() ? counted(polypaint_.size(), "colour") + " for " +
+                                                              counted(out_.positions.size(), "vertex")
+                                                        : "the vertices have colours of their own"});
+            return;
+        }
+        constexpr float kWhite = 255;
+        for (const std::uint32_t colour : polypaint_)
+            out_.colours.push_back(glm::vec3(colour >> 16, colour >> 8 & 0xFFU, colour & 0xFFU) / kWhite);
+        out_.report.push_back({"polypaint (#MRGB)", Fate::kept, "colours of vertices; masks are left out"});
     }
 
     Status vertex() {
@@ -208,11 +261,10 @@ class ObjParser {
         if (out_.positions.size() == kMaxVertices)
             return lines_.refuse("more than 2^31 - 1 vertices; split the scan", ErrorCode::too_large);
         out_.positions.emplace_back(number[0], number[1], number[2]);
-        all_coloured_ = all_coloured_ && count >= 6;
-        if (all_coloured_)
+        if (count >= 6) {
+            out_.colours.resize(out_.positions.size() - 1, kNoColour);
             out_.colours.emplace_back(number[3], number[4], number[5]);
-        else if (count >= 6 || !out_.colours.empty())
-            drop_once(out_.report, "vertex colours", "not every vertex has one");
+        }
         if (count == 4 || count == 5)
             drop_once(out_.report, count == 4 ? "vertex weights" : "a fourth and a fifth number of vertices",
                       "not used by PBM");
@@ -260,10 +312,10 @@ class ObjParser {
             if (at == end)
                 break;
             lines_.go_to(at); // for messages
-            const auto vertex = index(at, end, out_.positions.size());
+            const auto vertex = index(at, end, out_.positions.size()).value_or(0);
             if (vertex == 0)
                 return lines_.refuse(printable_in_quotes(lines_.word()) + " is not a vertex of this file");
-            note_highest("vertex ", vertex, out_.positions.size(), vertex_);
+            note_highest(vertex);
             out_.corners.push_back(static_cast<std::uint32_t>(vertex - 1));
             if (at != end && *at == '/')
                 if (Status read = further_indices(at, end); !read)
@@ -294,37 +346,36 @@ class ObjParser {
         take_slash();
         if (is_index()) {
             const auto texture = index(at, end, textures_);
-            if (texture == 0)
-                return lines_.refuse(printable_in_quotes(lines_.word()) +
-                                     " names texture coordinates that do not exist");
-            note_highest("texture coordinates ", texture, textures_, texture_);
-            add_to_last_corner(texture, out_.corner_textures);
+            if (!texture)
+                return lines_.refuse(printable_in_quotes(lines_.word()) + " is not a vertex of this file");
+            add_to_last_corner(*texture, out_.corner_textures);
         }
         if (take_slash() && is_index()) {
             const auto normal = index(at, end, normals_);
-            if (normal == 0)
-                return lines_.refuse(printable_in_quotes(lines_.word()) + " names a normal that does not exist");
-            note_highest("normal ", normal, normals_, normal_);
-            add_to_last_corner(normal, out_.corner_normals);
+            if (!normal)
+                return lines_.refuse(printable_in_quotes(lines_.word()) + " is not a vertex of this file");
+            add_to_last_corner(*normal, out_.corner_normals);
         }
         return {};
     }
 
-    // Corners before the last one that have no index get kNone.
+    // Corners before the last one that have no index get kNone. An index of nothing (0) gets one that no file has.
     void add_to_last_corner(std::int64_t index, std::vector<std::uint32_t> &indices) const {
         indices.resize(out_.corners.size() - 1, ObjText::kNone);
-        indices.push_back(static_cast<std::uint32_t>(index - 1));
+        indices.push_back(index == 0 ? kAbsent : static_cast<std::uint32_t>(index - 1));
     }
 
     // Reads an index: 1-based or, if negative, counted from the end. Returns it as 1... of `count` items so far; 0:
-    // none.
-    static std::int64_t index(const char *&at, const char *end, std::uint64_t count) {
+    // there is no such item. Nothing: no digits.
+    static std::optional<std::int64_t> index(const char *&at, const char *end, std::uint64_t count) {
         const bool from_end = *at == '-';
         at += from_end ? 1 : 0;
         const char *const first = at;
         std::uint64_t digits = 0;
         at = append_digits(at, end, digits);
-        if (at == first || at - first > kMaxDigits || digits > kMaxVertices)
+        if (at == first)
+            return std::nullopt;
+        if (at - first > kMaxDigits || digits > kMaxVertices)
             return 0;
         const auto value = static_cast<std::int64_t>(digits);
         return std::max<std::int64_t>(from_end ? static_cast<std::int64_t>(count) + 1 - value : value, 0);
@@ -374,16 +425,15 @@ class ObjParser {
         std::int64_t index = 0;
         std::optional<Error> error; // if no vertex of this index follows
     };
-    // `count`: vertices or normals so far.
-    void note_highest(const char *what, std::int64_t index, std::uint64_t count, Highest &highest) const {
-        if (index > highest.index) {
-            highest.index = index;
-            if (count < static_cast<std::uint64_t>(index))
-                note_absent(what, index, highest);
+    void note_highest(std::int64_t vertex) {
+        if (vertex > vertex_.index) {
+            vertex_.index = vertex;
+            if (out_.positions.size() < static_cast<std::uint64_t>(vertex))
+                note_absent(vertex);
         }
     }
-    void note_absent(const char *what, std::int64_t index, Highest &highest) const {
-        highest.error = lines_.refuse(what + std::to_string(index) + " does not exist");
+    void note_absent(std::int64_t vertex) {
+        vertex_.error = lines_.refuse("vertex " + std::to_string(vertex) + " does not exist");
     }
 
     std::size_t size_;
@@ -391,11 +441,12 @@ class ObjParser {
     ObjText out_;
     Lines lines_;
     std::uint64_t normals_ = 0, textures_ = 0;
-    Highest vertex_, normal_, texture_;
+    Highest vertex_;
+    std::vector<std::uint32_t> polypaint_;           // 0xRRGGBB
     Announcement vertices_, face_lines_, triangles_; // the highest of each
     std::uint64_t face_lines_found_ = 0, triangles_found_ = 0, material_files_ = 0, unknown_statements_ = 0;
     std::size_t numbers_ = 0; // of the last vertex
-    bool all_coloured_ = true, has_points_ = false, open_end_ = false;
+    bool has_points_ = false, open_end_ = false;
     std::map<std::string, std::uint16_t> materials_; // numbers of names; kNoMaterial: too many
 };
 

@@ -26,11 +26,12 @@ struct ObjText {
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
     std::vector<glm::dvec3> positions; // may be not finite
-    std::vector<glm::vec3> colours;    // as in the file; empty unless every vertex has one
+    std::vector<glm::vec3> colours;    // as in the file, kNoColour where a vertex has none; empty: none has one
     std::vector<glm::vec3> normals;    // `vn`; as many as positions if no face names them; those that are not finite: 0
     std::vector<glm::vec2> texture_coordinates; // `vt`
 
-    // Faces of three or more different corners. All indices count from 0 and exist.
+    // Faces of three or more different corners. All indices count from 0. Those of vertices exist; those of normals and
+    // texture coordinates that do not exist are kNone.
     std::vector<std::uint32_t> face_sizes;
     std::vector<std::uint32_t> corners;                         // vertices, one face after the other
     std::vector<std::uint32_t> corner_normals, corner_textures; // [corners] or kNone; empty if no corner names one

@@ -28,8 +28,9 @@ std::string too_small(std::uint64_t vertices, std::uint64_t faces) {
            " faces: it is cut short or damaged";
 }
 
-// Refuses `word` if it does not begin an OFF file.
-Status read_keyword(std::string_view word, const Lines &lines, OffHeader &header) {
+// Refuses `word` if it does not begin an OFF file. Removes the keyword from it: what is left is the first count, which
+// some writers do not separate ("OFF8 12 0").
+Status read_keyword(std::string_view &word, const Lines &lines, OffHeader &header) {
     std::string_view keyword = word;
     const auto take = [&keyword](std::string_view prefix) {
         const bool there = keyword.starts_with(prefix);
@@ -46,8 +47,9 @@ Status read_keyword(std::string_view word, const Lines &lines, OffHeader &header
     if (take("4") || take("n"))
         return lines.refuse(printable_in_quotes(word) + ": only three-dimensional OFF is read",
                             ErrorCode::unsupported_feature);
-    if (keyword != "OFF")
+    if (!take("OFF") || keyword.find_first_not_of("0123456789") != std::string_view::npos)
         return lines.refuse("not an OFF file: it begins with " + printable_in_quotes(word));
+    word = keyword;
     return {};
 }
 
@@ -89,7 +91,8 @@ class OffSurface {
             face_colours_[corner] += glm::vec4(rest[0], rest[1], rest[2], 1);
     }
 
-    Result<Surface> finish(bool has_open_end) {
+    // `bytes_behind`: the last face.
+    Result<Surface> finish(bool has_open_end, std::size_t bytes_behind) {
         surface_.report.push_back({"positions", Fate::kept, ""});
         if (header_.faces != 0)
             surface_.report.push_back({"faces", Fate::kept, "polygons as triangles"});
@@ -105,9 +108,11 @@ class OffSurface {
         }
         if (has_open_end)
             report_open_end(report_);
+        report_trailing(report_, bytes_behind, "behind the last face");
         surface_.report.insert(surface_.report.end(), report_.begin(), report_.end());
         keep_normals(surface_, "normals");
-        keep_colours(colours_, colours_.empty() ? "" : note, surface_);
+        keep_colours(colours_, colours_.empty() ? "" : note, surface_,
+                     [this](std::size_t) { return options_.default_material.colour; });
         return finished(std::move(surface_), options_);
     }
 
@@ -142,18 +147,22 @@ class OffText {
             if (options_.progress && (row % kReported == 0 || row + 1 == rows))
                 options_.progress(static_cast<double>(row + 1) / static_cast<double>(rows));
         }
-        if (lines_.next_with_words(true))
-            return lines_.refuse("text after the last face: the counts do not fit the file; export it again");
-        return out.finish(open_end);
+        const std::size_t behind = lines_.next_with_words(true) ? size_ - lines_.offset() : 0;
+        double number = 0;
+        if (behind != 0 && is_number(lines_.word(), number))
+            return lines_.refuse("rows after the last face: the counts do not fit the file; export it again");
+        return out.finish(open_end && behind == 0, behind);
     }
 
   private:
     Status read_header(OffHeader &header) {
         if (!lines_.next_with_words(true))
             return bad_input("the file has no OFF header");
-        if (Status status = read_keyword(lines_.word(), lines_, header); !status)
-            return status;
         std::string_view first = lines_.word();
+        if (Status status = read_keyword(first, lines_, header); !status)
+            return status;
+        if (first.empty())
+            first = lines_.word();
         if (first.empty()) { // the counts may stand on the same line
             if (!lines_.next_with_words(true))
                 return lines_.refuse("the file ends before its counts");
@@ -255,13 +264,13 @@ class OffBinary {
         for (std::uint64_t i = 0; i < header.faces; ++i)
             if (const Status status = face(i, header.vertices, out); !status)
                 return status.error();
-        if (at_ != bytes_.size())
+        if (left() >= 2 && (bytes_.size() - at_) % 4 == 0) // room for a face
             return bad_input(std::to_string(bytes_.size() - at_) +
                                  " bytes after the last face: the counts do not fit the file; export it again",
                              at_);
         if (options_.progress)
             options_.progress(1.0);
-        return out.finish(false);
+        return out.finish(false, bytes_.size() - at_);
     }
 
   private:
@@ -316,7 +325,10 @@ std::optional<std::pair<OffHeader, std::size_t>> binary_header(std::string_view 
         return std::nullopt;
     Lines lines(file.substr(0, end));
     OffHeader header;
-    if (!lines.next() || !read_keyword(lines.word(), lines, header) || lines.word() != "BINARY")
+    if (!lines.next())
+        return std::nullopt;
+    std::string_view word = lines.word();
+    if (!read_keyword(word, lines, header) || !word.empty() || lines.word() != "BINARY")
         return std::nullopt;
     return std::pair(header, end + 1);
 }
@@ -324,9 +336,13 @@ std::optional<std::pair<OffHeader, std::size_t>> binary_header(std::string_view 
 } // namespace
 
 bool is_off(std::span<const std::uint8_t> bytes) {
-    const std::string_view text = as_text(bytes).substr(0, 8);
+    const std::string_view text = as_text(bytes).substr(0, 64);
     const std::size_t off = text.find("OFF");
-    return off != std::string_view::npos && text.substr(0, off).find_first_not_of("STCN4n") == std::string_view::npos;
+    if (off == std::string_view::npos || text.substr(0, off).find_first_not_of("STCN4n") != std::string_view::npos)
+        return false;
+    const std::string_view rest = text.substr(off + 3),
+                           behind = rest.substr(std::min(rest.find_first_not_of("0123456789"), rest.size()));
+    return behind.empty() || ends_word(behind.front()) || behind.front() == '#';
 }
 
 Result<Surface> read_off(std::span<const std::uint8_t> bytes, const ReadOptions &options) {

@@ -13,16 +13,21 @@ namespace pbm::build {
 namespace {
 
 constexpr std::size_t kHeaderSize = 84; // of binary STL: 80 bytes of anything, the number of facets
-constexpr std::size_t kFacetSize = 50;  // normal and three corners as floats, two bytes of attributes
+constexpr std::int64_t kFacetSize = 50; // normal and three corners as floats, two bytes of attributes
 
 // Of a file that has a header.
 std::uint32_t announced_facets(std::span<const std::uint8_t> bytes) { return load<std::uint32_t>(bytes.data() + 80); }
 
-// Whether the file's size fits its number of facets, which identifies binary files that begin with "solid".
-bool has_size_of_binary(std::span<const std::uint8_t> bytes) {
-    return bytes.size() >= kHeaderSize && (bytes.size() - kHeaderSize) % kFacetSize == 0 &&
-           (bytes.size() - kHeaderSize) / kFacetSize == announced_facets(bytes);
+// The bytes behind the last facet of a binary file; negative: facets are missing, or it has no header.
+std::int64_t bytes_behind_facets(std::span<const std::uint8_t> bytes) {
+    if (bytes.size() < kHeaderSize)
+        return -1;
+    return static_cast<std::int64_t>(bytes.size() - kHeaderSize) -
+           static_cast<std::int64_t>(kFacetSize * std::uint64_t{announced_facets(bytes)});
 }
+
+// Whether the file's size fits its number of facets, which identifies binary files that begin with "solid".
+bool has_size_of_binary(std::span<const std::uint8_t> bytes) { return bytes_behind_facets(bytes) == 0; }
 
 // Whether the file is text: it begins with "solid", and has no NUL within the size of a binary header.
 bool says_solid(std::span<const std::uint8_t> bytes) {
@@ -45,9 +50,10 @@ struct Facets {
 
 Facets read_binary(std::span<const std::uint8_t> bytes) {
     Facets out;
-    out.corners.reserve((bytes.size() - kHeaderSize) / kFacetSize * 3);
+    const std::size_t end = kHeaderSize + kFacetSize * announced_facets(bytes);
+    out.corners.reserve(std::size_t{announced_facets(bytes)} * 3);
     bool attributes = false;
-    for (std::size_t at = kHeaderSize; at < bytes.size(); at += kFacetSize) {
+    for (std::size_t at = kHeaderSize; at < end; at += kFacetSize) {
         const auto corners = load<std::array<float, 9>>(bytes.data() + at + 12);
         attributes = attributes || bytes[at + 48] != 0 || bytes[at + 49] != 0;
         if (!std::all_of(corners.begin(), corners.end(), [](float value) { return std::isfinite(value); })) {
@@ -59,6 +65,7 @@ Facets read_binary(std::span<const std::uint8_t> bytes) {
     }
     if (attributes)
         drop_once(out.report, "attribute bytes", "colours of binary STL have no agreed meaning");
+    report_trailing(out.report, bytes.size() - end, "behind the last facet");
     return out;
 }
 
@@ -132,7 +139,7 @@ class AsciiFacets {
     Result<Facets> run() {
         bool inside = false;
         while (lines_.next_with_words(false)) {
-            const std::string_view keyword = lines_.word();
+            const std::string_view keyword = this->keyword();
             if (same_word(keyword, "solid") && !inside) {
                 inside = true;
             } else if (same_word(keyword, "endsolid") && inside) {
@@ -152,6 +159,18 @@ class AsciiFacets {
     }
 
   private:
+    // The first word of the line; "end" and the word behind it are one.
+    std::string_view keyword() {
+        const std::string_view word = lines_.word();
+        if (!same_word(word, "end"))
+            return word;
+        const std::string_view what = lines_.word();
+        for (const std::string_view each : {"endsolid", "endfacet", "endloop"})
+            if (same_word(what, each.substr(word.size())))
+                return each;
+        return word;
+    }
+
     Status facet() {
         constexpr std::array<std::string_view, 6> kLines{"outer", "vertex", "vertex", "vertex", "endloop", "endfacet"};
         std::array<glm::dvec3, 3> corners{};
@@ -160,7 +179,7 @@ class AsciiFacets {
         for (const std::string_view expected : kLines) {
             if (!lines_.next_with_words(false))
                 return lines_.refuse("the file ends inside a facet: it is cut short; copy or export it again");
-            const std::string_view keyword = lines_.word();
+            const std::string_view keyword = this->keyword();
             if (!same_word(keyword, expected))
                 return lines_.refuse(printable_in_quotes(keyword) + " where '" + std::string(expected) +
                                      "' belongs; STL holds triangles only");
@@ -197,17 +216,24 @@ class AsciiFacets {
 };
 
 Result<Facets> read_facets(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
-    if (has_size_of_binary(bytes)) {
+    const std::int64_t behind = bytes_behind_facets(bytes);
+    const bool is_text = behind != 0 && says_solid(bytes);
+    // Whole facets behind the last one are damage of the count.
+    if (!is_text && (behind == 0 || (behind > 0 && behind % kFacetSize != 0 && announced_facets(bytes) != 0))) {
         if (announced_facets(bytes) > kMaxVertices / 3)
             return too_large("more than 2^31 - 1 corners; split the scan", 80);
         return read_binary(bytes);
     }
-    if (says_solid(bytes)) {
+    if (is_text) {
         if (const Status status = refuse_nul(as_text(bytes)); !status)
             return status.error();
         std::string storage;
         return AsciiFacets(with_line_feeds(as_text(bytes), storage), options).run();
     }
+    const auto is_of_text = [](std::uint8_t byte) { return byte >= ' ' || ends_word(static_cast<char>(byte)); };
+    if (const auto head = bytes.first(std::min<std::size_t>(bytes.size(), 256));
+        std::all_of(head.begin(), head.end(), is_of_text))
+        return bad_input("not an STL file: a text that does not begin with 'solid'");
     if (bytes.size() < kHeaderSize)
         return bad_input("not an STL file: shorter than a binary header, and no 'solid'", bytes.size());
     return bad_input("binary STL of " + std::to_string(announced_facets(bytes)) + " facets must have " +

@@ -15,13 +15,9 @@ struct PlyOutcome {
 
 // Fill `surface.colours` from the colours of the vertices, or from the sums of the faces at each vertex.
 //
-// uchar is kept. For other types the maximum of the file determines the range:
-//   float, double, maximum <= 2   0..1 (more than 1 is overshoot of a filter, and clamped)
-//   maximum <= 255                0..255
-//   maximum <= 65535              0..65535
-//   else                          dropped
-// Negative numbers and NaN become 0, except for char, whose numbers are bytes declared with a sign. f_dc_0 f_dc_1
-// f_dc_2 of a Gaussian splat: clouds/splat_colour.h.
+// uchar is kept. For other types nearly all values determine the range (conventions/colour_range.h). Negative numbers
+// and NaN become 0, except for char, whose numbers are bytes declared with a sign. f_dc_0 f_dc_1 f_dc_2 of a Gaussian
+// splat: clouds/splat_colour.h.
 PlyOutcome finish_colours(const PlyRoles &roles, PlyBody &body, Surface &surface);
 PlyOutcome finish_face_colours(const PlyRoles &roles, PlyBody &body, Surface &surface);
 

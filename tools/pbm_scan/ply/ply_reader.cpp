@@ -150,7 +150,7 @@ PlyOutcome finish_images(const ScanFile &file, const PlyHeader &header, const Pl
         if (files[i].file.empty())
             report.push_back(line_of(Warning::missing_image,
                                      "texture image " + printable_in_quotes(header.texture_files[i]),
-                                     "there is no such file"));
+                                     why_missing(header.texture_files[i])));
         numbers.push_back(files[i].file.empty() ? Surface::kNoTexture : images.of_file(files[i].file, {}));
     }
     for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
@@ -345,12 +345,15 @@ Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
         (column.is_kept() ? outcomes->fields : outcomes->classes).note = column.note();
     if (!header->texture_files.empty())
         outcomes->images = finish_images(file, *header, *body, surface);
+    if (roles->splat_colours) { // as the method's own program writes them
+        surface.convention.up = UpAxis::y;
+        surface.convention.is_firm = false;
+        surface.convention.up_reason = "as Gaussian splats in PLY have it, whose y points downwards";
+    }
     write_report(*header, *roles, *outcomes, surface);
-    if (trailing != 0)
-        surface.report.push_back(line_of(Warning::trailing_bytes, "end of file",
-                                         std::to_string(trailing) + " bytes after the last element, at byte " +
-                                             std::to_string(bytes.size() - trailing)));
-    else if (header->encoding == PlyEncoding::ascii && !ends_word(static_cast<char>(bytes.back())))
+    report_trailing(surface.report, trailing,
+                    "after the last element, at byte " + std::to_string(bytes.size() - trailing));
+    if (trailing == 0 && header->encoding == PlyEncoding::ascii && !ends_word(static_cast<char>(bytes.back())))
         report_open_end(surface.report);
     return finished(std::move(surface), options);
 }

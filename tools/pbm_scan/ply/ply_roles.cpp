@@ -2,32 +2,38 @@
 
 #include "pbm_scan/clouds/splat_colour.h"
 #include "pbm_scan/surface/refusal.h"
-#include "pbm_scan/text/printable.h"
+#include "pbm_scan/text/text_lines.h"
 
 #include <initializer_list>
 
 namespace pbm::build {
 namespace {
 
-using Spelling = std::array<std::string_view, 3>;
+using PlySpelling = std::array<std::string_view, 3>;
+
+// The first of `all` with this name, else the first with it in other letter case ("X", "Red").
+template <class Named, class Fits> Named *named(std::vector<Named> &all, std::string_view name, const Fits &fits) {
+    Named *found = nullptr;
+    for (Named &each : all) {
+        if (each.name == name && fits(each))
+            return &each;
+        if (found == nullptr && same_word(each.name, name) && fits(each))
+            found = &each;
+    }
+    return found;
+}
 
 PlyProperty *property_named(PlyElement &element, std::string_view name, bool is_list = false) {
-    for (PlyProperty &property : element.properties)
-        if (property.name == name && property.is_list == is_list)
-            return &property;
-    return nullptr;
+    return named(element.properties, name, [&](const PlyProperty &each) { return each.is_list == is_list; });
 }
 
 PlyElement *element_named(PlyHeader &header, std::string_view name) {
-    for (PlyElement &element : header.elements)
-        if (element.name == name)
-            return &element;
-    return nullptr;
+    return named(header.elements, name, [](const PlyElement &) { return true; });
 }
 
 // Gives the first complete spelling the roles `first`, `first` + 1, `first` + 2.
-PlyRoles::Three assign_triple(PlyElement &element, PlyRole first, std::initializer_list<Spelling> spellings) {
-    for (const Spelling &names : spellings) {
+PlyRoles::Three assign_triple(PlyElement &element, PlyRole first, std::initializer_list<PlySpelling> spellings) {
+    for (const PlySpelling &names : spellings) {
         const std::array<PlyProperty *, 3> found{property_named(element, names[0]), property_named(element, names[1]),
                                                  property_named(element, names[2])};
         if (found[0] == nullptr || found[1] == nullptr || found[2] == nullptr)
@@ -92,7 +98,7 @@ Status assign_vertex(PlyElement &vertex, PlyRoles &roles) {
     roles.position = assign_triple(vertex, PlyRole::x, {{"x", "y", "z"}});
     roles.normal = assign_triple(vertex, PlyRole::nx, {{"nx", "ny", "nz"}, {"normal_x", "normal_y", "normal_z"}});
     roles.colour = assign_colours(vertex);
-    roles.splat_colours = roles.colour[0] != nullptr && roles.colour[0]->name == "f_dc_0";
+    roles.splat_colours = roles.colour[0] != nullptr && same_word(roles.colour[0]->name, "f_dc_0");
     roles.radius = assign_one(vertex, PlyRole::radius, {"radius"});
     roles.material_index = assign_one(vertex, PlyRole::material_index, {"material_index", "material"});
     for (std::size_t i = 0; i < kByteAttributes.size(); ++i)
@@ -172,7 +178,7 @@ std::vector<PlyProperty *> free_numbers(PlyHeader &header) {
 }
 
 std::string_view drop_reason(const PlyElement &element, const PlyProperty &property) {
-    const std::string_view name = property.name;
+    const std::string name = lower_case(property.name);
     if (property.is_list && element.kind == PlyKind::vertex)
         return "a list; a point has single numbers";
     if (is_any(name, {"alpha", "a", "diffuse_alpha", "opacity"}))

@@ -144,7 +144,10 @@ float coefficient(std::uint8_t byte) { return (static_cast<float>(byte) / 255 - 
 
 } // namespace
 
-bool is_spz(std::span<const std::uint8_t> bytes) { return as_text(bytes).starts_with("NGSP"); }
+bool is_spz(std::span<const std::uint8_t> bytes) {
+    constexpr std::size_t kVersion = 4; // a text has letters there
+    return as_text(bytes).starts_with("NGSP") && (bytes.size() <= kVersion || bytes[kVersion] < ' ');
+}
 
 Result<Surface> read_spz(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
     const Result<SpzHeader> header = read_header(bytes);
@@ -171,9 +174,7 @@ Result<Surface> read_spz(std::span<const std::uint8_t> bytes, const ReadOptions 
     surface.report.push_back(field_report("opacity", opacity, "PBM's points are opaque"));
     surface.report.push_back({header->degree == 0 ? "scales, rotations" : "scales, rotations, spherical harmonics",
                               Fate::dropped, kSplatShapeNote});
-    if (streams->bytes_behind != 0)
-        surface.report.push_back(line_of(Warning::trailing_bytes, "end of file",
-                                         counted(streams->bytes_behind, "byte") + " behind the last splat"));
+    report_trailing(surface.report, streams->bytes_behind, "behind the last splat");
     return finished(std::move(surface), options);
 }
 

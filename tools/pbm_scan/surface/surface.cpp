@@ -1,5 +1,6 @@
 #include "pbm_scan/surface/surface.h"
 
+#include "pbm_scan/surface/placeholders.h"
 #include "pbm_scan/surface/refusal.h"
 
 #include <algorithm>
@@ -11,18 +12,41 @@
 namespace pbm::build {
 namespace {
 
+// What of the positions needs a closer look.
+struct OddPositions {
+    std::size_t not_finite = 0;
+    bool may_be_placeholders = false;
+};
+
+OddPositions find_odd(std::span<const glm::dvec3> positions) {
+    OddPositions odd;
+    for (const glm::dvec3 &p : positions) {
+        odd.not_finite += is_finite(p) ? 0U : 1U;
+        odd.may_be_placeholders = odd.may_be_placeholders || may_be_placeholder(p);
+    }
+    return odd;
+}
+
 Status drop_non_finite(Surface &surface) {
-    std::vector<std::uint8_t> is_bad(surface.positions.size());
-    std::size_t bad = 0;
-    for (std::size_t i = 0; i < is_bad.size(); ++i)
-        bad += is_bad[i] = is_finite(surface.positions[i]) ? 0 : 1;
-    if (bad != 0 && bad == surface.positions.size())
+    const std::size_t all = surface.positions.size();
+    std::vector<std::uint8_t> is_bad(all);
+    for (std::size_t i = 0; i < all; ++i)
+        is_bad[i] = is_finite(surface.positions[i]) ? 0 : 1;
+    const auto bad = static_cast<std::size_t>(std::count(is_bad.begin(), is_bad.end(), std::uint8_t{1}));
+    if (bad == all)
         return bad_input("no vertex has finite coordinates: there is nothing to build");
-    if (bad == 0)
-        return {};
     surface.dropped_triangles += erase_vertices(surface, is_bad);
     surface.dropped_vertices += bad;
     return {};
+}
+
+void drop_placeholders(Surface &surface) {
+    Placeholders found;
+    const std::vector<std::uint8_t> marks = mark_placeholders(surface.positions, 0, found);
+    if (marks.empty())
+        return;
+    erase_vertices(surface, marks);
+    surface.report.push_back({"placeholders", Fate::converted, found.note()});
 }
 
 // Removes points of the classes that the user does not want, and the classes unless they are a field.
@@ -106,8 +130,13 @@ Rgb8 colour_bytes(const glm::vec3 &colour, float factor) {
 }
 
 Result<Surface> finished(Surface surface, const ReadOptions &options) {
-    if (Status status = drop_non_finite(surface); !status)
-        return std::move(status).error();
+    const OddPositions odd = find_odd(surface.positions);
+    if (odd.not_finite != 0)
+        if (Status status = drop_non_finite(surface); !status)
+            return std::move(status).error();
+    // A vertex of a mesh has its place in a face.
+    if (odd.may_be_placeholders && !options.keep_placeholders && surface.triangles.empty())
+        drop_placeholders(surface);
     const bool has_points = !surface.positions.empty();
     if (has_points)
         drop_classes(surface, options.dropped_classes);

@@ -41,6 +41,7 @@ struct Texture {
     std::uint32_t width = 0, height = 0;
     std::vector<std::array<std::uint8_t, 4>> texels; // [height][width], top row first; sRGB and opacity
     TextureUse use{};
+    bool has_stray_bytes = false; // its file has bytes that belong to no part of the image
 };
 
 // Texture coordinates at the corners of a triangle: x to the right, y downwards, 1 at the image's opposite edge.
@@ -52,7 +53,20 @@ struct FieldValue {
 };
 inline constexpr std::size_t kFieldSlots = kMaxFields + 1; // the last one: the classes for ReadOptions::dropped_classes
 
+inline constexpr std::size_t kMaxCrsBytes = 65536;
+
 inline constexpr std::uint16_t kNoStation = 0xffff; // it is not known where the scanner stood
+
+// What the format of a scan, or its coordinate reference system, says of the coordinates (conventions/convention.h).
+struct Convention {
+    std::optional<UpAxis> up{};
+    bool is_firm = true;        // the shape of the scan does not overrule `up`
+    std::string up_reason{};    // for the report
+    Unit unit = Unit::unknown;  // of the coordinates
+    std::string unit_reason{};  // for the report
+    bool is_geographic = false; // x and y are degrees
+    double height_metres = 1;   // of a unit of height, beside degrees
+};
 
 // Arrays run in parallel with `positions`, or are empty where the input has no such attribute.
 struct Surface {
@@ -74,7 +88,8 @@ struct Surface {
     std::array<std::optional<std::string>, kFieldSlots> field_units; // absent: the file has no such field
     std::vector<std::string> offered_fields;                         // attributes that could be fields
     std::vector<AttributeReport> report;                             // in the order of the file
-    std::string crs;                     // coordinate reference system, as the file has it; at most 4096 bytes
+    std::string crs; // coordinate reference system, as the file has it; at most kMaxCrsBytes
+    Convention convention;
     std::uint64_t dropped_vertices = 0;  // not finite
     std::uint64_t dropped_triangles = 0; // fewer than three different corners, or at a dropped vertex
     std::uint64_t input_bytes = 0;       // of the file
@@ -187,6 +202,8 @@ inline constexpr std::uint64_t kMaxVertices = std::numeric_limits<std::int32_t>:
 // Options of every reader.
 struct ReadOptions {
     bool is_one_of_several = false;              // other inputs exist: it is no error if this one keeps no point
+    bool is_geographic = false;                  // x and y are degrees, whatever the file says
+    bool keep_placeholders = false;              // keep points that stand for no measurement (placeholders.h)
     bool strict = false;                         // refuse (`bad_input`) instead of dropping anything
     const ScanFormat *format = nullptr;          // of files that neither content nor name identifies (surface_reader.h)
     std::vector<std::string> columns{};          // names of a table's columns (text_cloud.h); empty: from the table
@@ -223,8 +240,8 @@ template <class Gone> std::size_t erase_triangles(Surface &surface, const Gone &
 std::size_t erase_vertices(Surface &surface, std::span<const std::uint8_t> removed);
 
 // The last step of every reader: removes and counts vertices with non-finite coordinates, with their attributes and
-// triangles, then points of dropped classes. With ReadOptions::strict refuses a surface if anything of the file was
-// dropped.
+// triangles, then placeholders (placeholders.h), then points of dropped classes. With ReadOptions::strict refuses a
+// surface if anything of the file was dropped.
 //
 // errors  bad_input  no vertex is left, unless it is one of several inputs; with `strict` something was dropped
 Result<Surface> finished(Surface surface, const ReadOptions &options);

@@ -31,6 +31,12 @@ struct Header {
     std::size_t body = 0;
     std::uint64_t body_line = 0;
     glm::dvec3 station{0};
+    std::size_t values() const { // of a point; at least three
+        std::size_t count = 0;
+        for (const PcdField &field : fields)
+            count += field.count;
+        return count;
+    }
     std::size_t row_size() const {
         std::size_t size = 0;
         for (const PcdField &field : fields)
@@ -120,7 +126,7 @@ class HeaderReader {
                                            : (field.type == 'I' || field.type == 'U') &&
                                                  (*size == 1 || *size == 2 || *size == 4 || *size == 8));
             constexpr std::size_t kMaxCount = 65536;
-            if (!is_known || !count || *count == 0 || *count > kMaxCount)
+            if (!is_known || !count || *count > kMaxCount)
                 return lines_.refuse("field " + printable_in_quotes(names[i]) + " has no type that PCD knows");
             field.size = *size;
             field.count = *count;
@@ -279,17 +285,20 @@ Result<std::size_t> read_ascii(std::string_view text, const Header &header, cons
         if (options.progress && i % 65536 == 65535)
             options.progress(static_cast<double>(i) / static_cast<double>(header.points));
     }
-    if (lines.next_with_words(false))
-        return lines.refuse("text behind the last point: the counts do not fit the file");
-    return std::size_t{0};
+    if (!lines.next_with_words(false))
+        return std::size_t{0};
+    double number = 0;
+    if (is_number(lines.word(), number))
+        return lines.refuse("rows behind the last point: the counts do not fit the file");
+    return text.size() - lines.offset();
 }
 
 } // namespace
 
 bool is_pcd(std::span<const std::uint8_t> bytes) {
     const std::string_view text = as_text(bytes).substr(0, 64);
-    return text.starts_with("# .PCD") ||
-           (text.starts_with("VERSION") && text.find("\nFIELDS") != std::string_view::npos);
+    return text.starts_with("# .PCD") || (text.starts_with("VERSION") && text.size() > 7 && ends_word(text[7]) &&
+                                          text.find("\nFIELDS") != std::string_view::npos);
 }
 
 Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
@@ -302,15 +311,15 @@ Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions 
     // A number takes two characters, a byte of LZF makes 88 at best.
     const bool is_compressed = header->data == "binary_compressed";
     const std::uint64_t left = (bytes.size() - header->body) * (is_compressed ? 88U : 1U) + 1;
-    if (header->points > left / (header->data == "ascii" ? 2 * header->fields.size() : header->row_size()))
+    if (header->points > left / (header->data == "ascii" ? 2 * header->values() : header->row_size()))
         return cut_short("the file announces " + std::to_string(header->points) + " points and is too small for them",
                          bytes.size());
-    std::vector<std::string> names, of_several_numbers;
+    std::vector<std::string> names, of_no_number, of_several_numbers;
     std::vector<ColumnRole> roles;
     for (const PcdField &field : header->fields) {
         names.push_back(field.count == 1 ? field.name : std::string(kSkippedColumn));
         if (field.count != 1 && field.name != kSkippedColumn)
-            of_several_numbers.push_back(field.name);
+            (field.count == 0 ? of_no_number : of_several_numbers).push_back(field.name);
         roles.push_back(field.role);
     }
     Surface surface;
@@ -330,12 +339,13 @@ Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions 
     if (!of_several_numbers.empty())
         surface.report.push_back(
             {"columns " + listed(of_several_numbers), Fate::dropped, "descriptors: each value has several numbers"});
+    if (!of_no_number.empty())
+        surface.report.push_back(
+            {"columns " + listed(of_no_number), Fate::kept, "they hold nothing: their COUNT is 0"});
     if (header->station != glm::dvec3(0) && add_station(surface, 0, header->station))
         surface.report.push_back({"VIEWPOINT", Fate::kept, "where the scanner stood"});
     complete_station_ids(surface);
-    if (*trailing != 0)
-        surface.report.push_back(
-            line_of(Warning::trailing_bytes, "end of file", counted(*trailing, "byte") + " behind the last point"));
+    report_trailing(surface.report, *trailing, "behind the last point");
     if (open_end)
         report_open_end(surface.report);
     return finished(std::move(surface), options);

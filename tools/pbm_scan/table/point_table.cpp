@@ -1,11 +1,10 @@
 #include "pbm_scan/table/point_table.h"
 
 #include "pbm_scan/clouds/intensity.h"
+#include "pbm_scan/conventions/colour_range.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/words.h"
 #include "system/files/file_names.h"
-
-#include <glm/common.hpp>
 
 #include <algorithm>
 #include <array>
@@ -51,6 +50,19 @@ bool has(const std::vector<ColumnRole> &roles, ColumnRole role) {
     return std::find(roles.begin(), roles.end(), role) != roles.end();
 }
 
+// The role of a column of degrees, or of the heights beside them.
+ColumnRole geographic_role(std::string_view name) {
+    const std::string known = lower_case(name);
+    const auto is_any = [&](std::initializer_list<std::string_view> words) {
+        return std::find(words.begin(), words.end(), known) != words.end();
+    };
+    if (is_any({"lon", "long", "lng", "longitude"}))
+        return ColumnRole::x;
+    if (is_any({"lat", "latitude"}))
+        return ColumnRole::y;
+    return is_any({"h", "height", "alt", "altitude", "elevation"}) ? ColumnRole::z : ColumnRole::none;
+}
+
 int axis_of(ColumnRole role, ColumnRole first) { return static_cast<int>(role) - static_cast<int>(first); }
 
 // What is said of points without a colour.
@@ -60,40 +72,29 @@ std::string black_note(std::uint64_t missing) {
                : "; " + counted(missing, "point") + " without a colour " + (missing == 1 ? "is" : "are") + " black";
 }
 
-void keep_colours(PointTable &table, Surface &surface, std::string &note) {
+void keep_colours(PointTable &table, Surface &surface) {
     if (!table.packed.empty()) {
         for (const std::uint32_t packed : table.packed)
             surface.colours.push_back({static_cast<std::uint8_t>(packed >> 16), static_cast<std::uint8_t>(packed >> 8),
                                        static_cast<std::uint8_t>(packed)});
-        note = "sRGB, 8 bits" + black_note(table.missing_packed);
+        surface.report.push_back({"colours", Fate::kept, "sRGB, 8 bits" + black_note(table.missing_packed)});
         return;
     }
-    std::uint64_t lit = 0, above_one = 0, above_byte = 0;
-    bool are_whole = true;
-    for (const glm::vec3 &c : table.colours) {
-        const float highest = std::max(c.x, std::max(c.y, c.z));
-        lit += highest > 0 ? 1U : 0U;
-        above_one += highest > 1 ? 1U : 0U;
-        above_byte += highest > 255 ? 1U : 0U;
-        are_whole = are_whole && c == glm::floor(c);
+    const ColourRange range = colour_range(table.colours, ColourNumbers::any);
+    if (range.white == 0) {
+        surface.report.push_back({"colours", Fate::dropped, "nearly all are above 65,535: these are no colours"});
+        return;
     }
-    // A few odd values among those that are not black do not make a table one of another range.
-    const auto are_few = [&](std::uint64_t count) { return count < (lit + 99) / 100 || count == 0; };
-    const float white = are_few(above_one) && (above_one == 0 || !are_whole) ? 1.0F
-                        : are_few(above_byte)                                ? 255.0F
-                                                                             : 65535.0F;
-    std::uint64_t missing = 0, outside = 0;
+    std::uint64_t missing = 0;
     for (const glm::vec3 &c : table.colours) {
         const bool is_missing = !is_finite(glm::dvec3(c));
-        const bool is_outside = std::min(c.x, std::min(c.y, c.z)) < 0 || std::max(c.x, std::max(c.y, c.z)) > white;
         missing += is_missing ? 1U : 0U;
-        outside += !is_missing && is_outside ? 1U : 0U;
-        surface.colours.push_back(is_missing ? Rgb8{} : colour_bytes(c, 255 / white));
+        surface.colours.push_back(is_missing ? Rgb8{} : colour_bytes(c, range.factor()));
     }
-    note = white == 1 ? "sRGB, 0..1 to 8 bits" : white == 255 ? "sRGB, 8 bits" : "sRGB, 16 bits to 8";
-    if (outside != 0)
-        note += "; " + counted(outside, "colour") + " outside clamped";
-    note += black_note(missing);
+    const char *const kept = range.white == 1     ? "sRGB, 0..1 to 8 bits"
+                             : range.white == 255 ? "sRGB, 8 bits"
+                                                  : "sRGB, 16 bits to 8";
+    surface.report.push_back({"colours", Fate::kept, kept + range.note() + black_note(missing)});
 }
 
 } // namespace
@@ -107,6 +108,10 @@ std::vector<ColumnRole> roles_of(const std::vector<std::string> &names) {
         const ColumnRole role = found == kSpellings.end() ? ColumnRole::none : found->role;
         roles.push_back(has(roles, role) ? ColumnRole::none : role);
     }
+    if (!has(roles, ColumnRole::x) && !has(roles, ColumnRole::y))
+        for (std::size_t i = 0; i < names.size(); ++i)
+            if (const ColumnRole role = geographic_role(names[i]); role != ColumnRole::none && !has(roles, role))
+                roles[i] = role;
     for (const ColumnRole first : {ColumnRole::nx, ColumnRole::red}) {
         const auto next = [first](int i) { return static_cast<ColumnRole>(static_cast<int>(first) + i); };
         if (has(roles, first) && has(roles, next(1)) && has(roles, next(2)))
@@ -206,6 +211,8 @@ void fill_surface(PointTable table, const std::vector<std::string> &names, const
         {"x y z", Fate::kept,
          missing == 0 ? "positions" : "positions; " + counted(missing, "row") + " without coordinates left out"});
     surface.positions = std::move(table.positions);
+    const auto x = static_cast<std::size_t>(std::find(roles.begin(), roles.end(), ColumnRole::x) - roles.begin());
+    surface.convention.is_geographic = x < names.size() && geographic_role(names[x]) == ColumnRole::x;
     for (glm::vec3 &n : table.normals)
         n = is_finite(glm::dvec3(n)) ? n : glm::vec3(0);
     if (std::any_of(table.normals.begin(), table.normals.end(), [](const auto &n) { return n != glm::vec3(0); })) {
@@ -214,11 +221,8 @@ void fill_surface(PointTable table, const std::vector<std::string> &names, const
     } else if (!table.normals.empty()) {
         surface.report.push_back({"normals", Fate::converted, "all are zero: estimated anew"});
     }
-    if (!table.colours.empty() || !table.packed.empty()) {
-        std::string note;
-        keep_colours(table, surface, note);
-        surface.report.push_back({"colours", Fate::kept, note});
-    }
+    if (!table.colours.empty() || !table.packed.empty())
+        keep_colours(table, surface);
     std::vector<std::string> fields;
     bool has_intensity = false;
     for (const KeptColumn &column : kept) {

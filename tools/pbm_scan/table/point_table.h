@@ -31,7 +31,8 @@ enum class ColumnRole : std::uint8_t {
     field // column i of PointTable::fields has the role field + i
 };
 
-// The role of each column, by its name: x y z, nx ny nz, normal_x ..., r g b, red ..., Rf Gf Bf, rgb, rgba, intensity,
+// The role of each column, by its name: x y z (without x and y also lon lat height, which are
+// degrees), nx ny nz, normal_x ..., r g b, red ..., Rf Gf Bf, rgb, rgba, intensity,
 // i. Upper and lower case are equal. Of several columns with one role the first has it. A group of three counts only if
 // it is complete.
 std::vector<ColumnRole> roles_of(const std::vector<std::string> &names);
@@ -40,7 +41,7 @@ std::vector<ColumnRole> roles_of(const std::vector<std::string> &names);
 struct PointTable {
     std::vector<glm::dvec3> positions;
     std::vector<glm::vec3> normals;
-    std::vector<glm::vec3> colours;    // as in the file: 0..1, 0..255 or 0..65,535; the largest of all says which
+    std::vector<glm::vec3> colours;    // as in the file: 0..1, 0..255 or 0..65,535 (conventions/colour_range.h)
     std::vector<std::uint32_t> packed; // 0xRRGGBB
     std::uint64_t missing_packed = 0;  // how many of `packed` are black because the file had no whole number of 32 bits
     std::vector<double> intensities;

@@ -35,6 +35,20 @@ template <class Is> bool all_are(std::span<const double> values, std::size_t col
 
 std::string numbered_column(std::size_t index) { return "column " + std::to_string(index + 1); }
 
+// Whether the last column is opaque everywhere or holds a few classes, while the fourth from behind holds other
+// numbers. Else the four are an intensity and a colour, as in PTS.
+bool is_opacity_or_label(std::span<const double> values, std::size_t columns) {
+    constexpr double kOpaque = 255, kMaxLabel = 31;
+    bool is_opaque = true, is_label = true, is_first_label = true;
+    for (std::size_t row = columns; row <= values.size(); row += columns) {
+        const double last = values[row - 1];
+        is_opaque = is_opaque && last == kOpaque;
+        is_label = is_label && last >= 0 && last <= kMaxLabel && last == std::floor(last);
+        is_first_label = is_first_label && values[row - 4] <= kMaxLabel;
+    }
+    return is_opaque || (is_label && !is_first_label);
+}
+
 // Names for columns without any.
 std::vector<std::string> guessed_names(std::span<const double> values, std::size_t columns) {
     std::vector<std::string> names{"x", "y", "z"};
@@ -46,14 +60,23 @@ std::vector<std::string> guessed_names(std::span<const double> values, std::size
         const auto is_byte = [](double v) { return v >= 0 && v <= 255 && v == std::floor(v); };
         return is_byte(r) && is_byte(g) && is_byte(b);
     };
+    const auto is_fraction = [](double r, double g, double b) {
+        const auto is_unit_range = [](double v) { return v >= 0 && v <= 1; };
+        return is_unit_range(r) && is_unit_range(g) && is_unit_range(b);
+    };
     bool has_normals = false, has_colours = false;
     while (names.size() < columns) {
         const std::size_t at = names.size(), left = columns - at;
         if (left >= 3 && !has_normals && all_are(values, columns, at, is_unit)) {
             names.insert(names.end(), {"nx", "ny", "nz"});
             has_normals = true;
-        } else if (left >= 3 && !has_colours && left != 4 && all_are(values, columns, at, is_colour)) {
+        } else if (left >= 3 && !has_colours && all_are(values, columns, at, is_colour) &&
+                   (left != 4 || !all_are(values, columns, at + 1, is_colour) ||
+                    is_opacity_or_label(values, columns))) {
             names.insert(names.end(), {"r", "g", "b"});
+            has_colours = true;
+        } else if (left == 3 && !has_colours && all_are(values, columns, at, is_fraction)) {
+            names.insert(names.end(), {"r", "g", "b"}); // as Open3D writes .xyzrgb
             has_colours = true;
         } else if (at == 3 && (left == 1 || left == 4)) {
             names.emplace_back("intensity");

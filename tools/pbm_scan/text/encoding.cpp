@@ -19,8 +19,8 @@ bool begins_with(Bytes file, Bytes mark) {
     return file.size() >= mark.size() && std::equal(mark.begin(), mark.end(), file.begin());
 }
 
-void append(std::uint32_t character, std::vector<std::uint8_t> &to) {
-    const auto add = [&](std::uint32_t byte) { to.push_back(static_cast<std::uint8_t>(byte)); };
+template <class Text> void append(std::uint32_t character, Text &to) {
+    const auto add = [&](std::uint32_t byte) { to.push_back(static_cast<typename Text::value_type>(byte)); };
     const auto add_rest = [&](int shift) { add(0x80 | (character >> shift & 0x3F)); };
     if (character < 0x80)
         return add(character);
@@ -59,6 +59,8 @@ Result<std::vector<std::uint8_t>> decode(Bytes units, bool big_endian) {
 }
 
 } // namespace
+
+void append_utf8(char32_t character, std::string &text) { append(character, text); }
 
 std::uint64_t Utf8Text::offset_in_file(std::uint64_t at) const {
     if (decoded.empty())

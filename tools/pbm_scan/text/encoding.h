@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace pbm::build {
@@ -22,5 +23,7 @@ struct Utf8Text {
 //
 // errors  bad_input  UTF-32; half a character of UTF-16, with its offset
 Result<Utf8Text> as_utf8(std::span<const std::uint8_t> file);
+
+void append_utf8(char32_t character, std::string &text);
 
 } // namespace pbm::build

@@ -128,7 +128,14 @@ class Lines {
     const char *end() const { return text_.data() + end_; }
     // Goes on at `at`, within the line.
     void go_to(const char *at) { word_ = static_cast<std::size_t>(at - text_.data()); }
-    void strip_comment() { end_ = begin_ + std::min(text_.substr(begin_, end_ - begin_).find('#'), end_ - begin_); }
+    // A '#' within a number that is not finite ("1.#IND") begins no comment.
+    void strip_comment() {
+        const std::string_view line = text_.substr(begin_, end_ - begin_);
+        std::size_t at = line.find('#');
+        while (at != std::string_view::npos && line.substr(0, at).ends_with("1."))
+            at = line.find('#', at + 1);
+        end_ = begin_ + std::min(at, line.size());
+    }
     bool terminated() const { return terminated_; }
     std::uint64_t number() const { return number_; }
     std::size_t offset() const { return begin_; }
@@ -177,6 +184,12 @@ inline void drop_once(std::vector<AttributeReport> &report, const std::string &n
     const auto same = [&name](const AttributeReport &line) { return line.name == name; };
     if (std::none_of(report.begin(), report.end(), same))
         report.push_back(line_of(warning, name, std::move(note)));
+}
+
+// Bytes that no part of the format accounts for. `behind`: what they follow, "behind the last point".
+inline void report_trailing(std::vector<AttributeReport> &report, std::uint64_t bytes, const std::string &behind) {
+    if (bytes != 0)
+        report.push_back(line_of(Warning::trailing_bytes, "end of file", counted(bytes, "byte") + " " + behind));
 }
 
 // A missing last line end may mean a truncated file, but many whole files have none.

@@ -9,7 +9,30 @@ namespace {
 constexpr std::array<double, 23> kPowersOfTen{1,    1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
                                               1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 
-// Many digits, large exponents, '+', inf and nan.
+// What C libraries of Microsoft wrote until 2015 for a number that is not finite ("1.#INF", "-1.#IND00"), and numbers
+// with an exponent of Fortran ("1.5D+03").
+std::optional<double> old_number(std::string_view word) {
+    constexpr std::size_t kMaxBytes = 64;
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const std::string_view size = word.substr(word.starts_with('-') || word.starts_with('+') ? 1 : 0);
+    if (size.starts_with("1.#")) {
+        const std::string_view name = size.substr(3, size.find_last_not_of('0') - 2);
+        if (name == "INF")
+            return word.front() == '-' ? -kInfinity : kInfinity;
+        if (name == "IND" || name == "QNAN" || name == "SNAN" || name == "NAN")
+            return std::numeric_limits<double>::quiet_NaN();
+        return std::nullopt;
+    }
+    const std::size_t exponent = size.find_first_of("Dd");
+    if (exponent == std::string_view::npos || exponent == 0 || size.size() > kMaxBytes ||
+        size.substr(0, exponent).find_first_not_of("0123456789.") != std::string_view::npos)
+        return std::nullopt;
+    std::string text(word.front() == '+' ? size : word);
+    text[text.find_first_of("Dd")] = 'e';
+    return parse_all<double>(text);
+}
+
+// Many digits, large exponents, '+', inf and nan, and old_number.
 const char *parse_odd_number(const char *first, const char *last, double &value) {
     const char *word_end = first;
     while (word_end != last && !ends_word(*word_end))
@@ -19,8 +42,11 @@ const char *parse_odd_number(const char *first, const char *last, double &value)
     if (plus && digits != word_end && *digits == '-')
         return nullptr;
     const auto [end, status] = std::from_chars(digits, word_end, value);
-    if (end != word_end || status == std::errc::invalid_argument)
-        return nullptr;
+    if (end != word_end || status == std::errc::invalid_argument) {
+        const std::optional<double> old = old_number({first, word_end});
+        value = old.value_or(value);
+        return old ? word_end : nullptr;
+    }
     if (status == std::errc::result_out_of_range) {
         const std::string_view word(first, static_cast<std::size_t>(word_end - first));
         const std::size_t exponent = word.find_first_of("eE");

@@ -1,4 +1,5 @@
-// Numbers in text files: decimal point, optional exponent and sign, `inf` and `nan`; no locale, no allocation.
+// Numbers in text files: decimal point, optional exponent and sign, `inf` and `nan`, "1.#IND" and the like of old C
+// libraries, exponents of Fortran; no locale.
 #pragma once
 
 #include <array>

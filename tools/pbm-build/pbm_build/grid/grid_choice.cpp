@@ -360,7 +360,7 @@ Result<ChosenGrid> choose_grid(const Surface &surface, const Bounds &bounds, std
     } else {
         chosen = grid_by_detail(surface, bounds, normals, threads);
     }
-    chosen.grid.unit = request.unit;
+    chosen.grid.unit = request.unit.value_or(Unit::unknown);
     chosen.grid.up = request.up.value_or(UpAxis::y);
     return chosen;
 }

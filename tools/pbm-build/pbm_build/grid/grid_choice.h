@@ -22,8 +22,8 @@ struct GridRequest {
     std::optional<double> voxel_size;        // model units, > 0; the origin snaps to multiples of it
     std::optional<std::uint64_t> max_points; // the finest depth with at most so many points
     std::optional<Grid> like;                // this very grid, with its unit and up axis
-    Unit unit = Unit::unknown;
-    std::optional<UpAxis> up; // absent: found by find_up_axis, and +Y in choose_grid
+    std::optional<Unit> unit;                // absent: that of the scan's format, and none in choose_grid
+    std::optional<UpAxis> up; // absent: that of the scan's format, or found by find_up_axis, and +Y in choose_grid
 };
 
 // Axis-aligned box around everything that will be sampled: corners of triangles, and points.

@@ -238,7 +238,7 @@ FoundUp find_up_axis(const Surface &surface, const Bounds &bounds, int threads) 
     constexpr std::array<UpAxis, 3> kAxes{UpAxis::x, UpAxis::y, UpAxis::z};
     for (std::size_t axis = 0; axis < 3; ++axis)
         if (is_terrain(places, cubes.size(), axis))
-            return {kAxes[axis], UpReason::terrain, 0};
+            return {kAxes[axis], UpReason::terrain, 0, {}};
     std::array<double, 3> weights{}; // of the better base of an axis
     FoundUp best;
     std::size_t best_axis = 0;
@@ -250,13 +250,20 @@ FoundUp find_up_axis(const Surface &surface, const Bounds &bounds, int threads) 
         weights[axis] = stands ? lower : kUpsideDown * upper;
         if (weights[axis] > weights[best_axis] || axis == 0) {
             best_axis = axis;
-            best = {kAxes[axis], stands ? UpReason::base : UpReason::upper_base, stands ? lower : upper};
+            best = {kAxes[axis], stands ? UpReason::base : UpReason::upper_base, stands ? lower : upper, {}};
         }
     }
     const double rival = std::max(weights[(best_axis + 1) % 3], weights[(best_axis + 2) % 3]);
+    best.weights = weights;
     if (weights[best_axis] >= kMinShare && rival <= kMaxRival * weights[best_axis])
         return best;
     return {};
+}
+
+bool FoundUp::overrules(UpAxis other) const {
+    constexpr double kClearShare = 0.6, kMaxOther = 0.1;
+    const std::size_t axis = other == UpAxis::x ? 0 : other == UpAxis::y ? 1 : 2;
+    return reason == UpReason::base && up != other && share >= kClearShare && weights[axis] <= kMaxOther;
 }
 
 std::string note_of(const FoundUp &found) {

@@ -18,6 +18,7 @@
 #include "pbm_build/grid/grid_choice.h"
 #include "pbm_scan/surface/surface.h"
 
+#include <array>
 #include <string>
 
 namespace pbm::build {
@@ -27,7 +28,12 @@ enum class UpReason : std::uint8_t { base, upper_base, terrain, none };
 struct FoundUp {
     UpAxis up = UpAxis::y;
     UpReason reason = UpReason::none;
-    double share = 0; // of the base
+    double share = 0;                // of the base
+    std::array<double, 3> weights{}; // of the better base along x, y and z; an upper one counts half
+
+    // Whether the shape contradicts a format that has another axis: it stands on a base of 0.6 or more of its outline,
+    // and on nearly none along that axis. Terrain does not contradict: a relief may stand upright.
+    bool overrules(UpAxis other) const;
 };
 
 // `bounds`: those of the surface.

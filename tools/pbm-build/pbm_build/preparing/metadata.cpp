@@ -1,6 +1,7 @@
 #include "pbm_build/preparing/metadata.h"
 
 #include "pbm_format/container/layout.h"
+#include "pbm_scan/conventions/crs.h"
 #include "pbm_scan/surface/refusal.h"
 
 #include <nlohmann/json.hpp>
@@ -49,6 +50,8 @@ Result<Metadata> make_metadata(const BuildOptions &build, ColourFormat colour, c
     else if (!build.viewpoints.empty())
         options["viewpoint"] = build.viewpoints;
     set("remove_outliers", build.outliers == Outliers::drop);
+    set("geographic", build.is_geographic);
+    set("keep_placeholders", build.keep_placeholders);
     set("keep_outliers", build.outliers == Outliers::keep);
     give("upsample", build.upsample);
     for (const GivenOption &given : build.scene.given) {
@@ -73,11 +76,17 @@ Result<Metadata> make_metadata(const BuildOptions &build, ColourFormat colour, c
     if (crs.empty())
         return Metadata{std::move(text)};
     constexpr std::size_t kRecord = 256; // room for the hashes of source_record.h
-    try {
-        metadata["crs"] = crs;
-        if (std::string with_crs = metadata.dump(); with_crs.size() + kRecord <= kMaxMetadataBytes)
+    for (const std::string &each : {crs, short_crs(crs)}) {
+        if (each.empty())
+            continue;
+        try {
+            metadata["crs"] = each;
+            std::string with_crs = metadata.dump();
+            if (with_crs.size() + kRecord > kMaxMetadataBytes)
+                continue;
             return Metadata{std::move(with_crs), true};
-    } catch (const nlohmann::json::exception &) { // NOLINT(bugprone-empty-catch): no UTF-8
+        } catch (const nlohmann::json::exception &) { // NOLINT(bugprone-empty-catch): no UTF-8
+        }
     }
     return Metadata{std::move(text)};
 }

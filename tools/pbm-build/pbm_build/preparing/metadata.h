@@ -11,7 +11,8 @@ struct Metadata {
 };
 
 // The credits, and of the options those that were given and shape the file. `colour`: as the file has it. `crs`: the
-// coordinate reference system of the scan, or empty; left out where it is no UTF-8 or the section has no room for it.
+// coordinate reference system of the scan, or empty; its name and number where the section has no room for all of it,
+// and left out where it is no UTF-8 or there is no room at all.
 //
 // errors  usage  not UTF-8, or longer than 4 KB
 Result<Metadata> make_metadata(const BuildOptions &build, ColourFormat colour, const std::string &crs);

@@ -34,9 +34,14 @@ std::optional<glm::dmat4> matrix_of(const std::array<double, 9> &numbers) {
     return matrix;
 }
 
+// "camera x y z" names the columns of a table.
 bool is_alignment(ByteView bytes) {
-    const std::string_view text = as_text(bytes);
-    return text.starts_with("camera ") || text.starts_with("bmesh ");
+    Lines lines(as_text(bytes.first(std::min<std::size_t>(bytes.size(), 256))));
+    const std::string_view keyword = lines.next() ? lines.word() : "";
+    if (keyword == "bmesh")
+        return true;
+    double number = 0;
+    return keyword == "camera" && is_number(lines.word(), number);
 }
 
 // `looked_for`: all that it names, there or not.

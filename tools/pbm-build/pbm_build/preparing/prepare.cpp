@@ -8,6 +8,7 @@
 #include "pbm_build/surface/creases.h"
 #include "pbm_build/surface/material_colours.h"
 #include "pbm_build/surface/merge_surfaces.h"
+#include "pbm_scan/conventions/convention.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/surface_reader.h"
 #include "system/free_memory.h"
@@ -57,6 +58,30 @@ AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
     return set;
 }
 
+// Chooses the unit and the axis that points up where the user leaves them open: as the format says, else by the shape.
+void choose_orientation(const Convention &convention, const Surface &surface, const Bounds &bounds,
+                        GridRequest &request, const Run &run) {
+    BuildStatistics &statistics = run.statistics;
+    if (!request.unit && !convention.unit_reason.empty()) {
+        request.unit = convention.unit;
+        statistics.report("unit", Fate::kept, std::string(to_string(convention.unit)) + ": " + convention.unit_reason);
+    }
+    if (request.up)
+        return;
+    if (!convention.up || !convention.is_firm) {
+        const FoundUp found =
+            run.clock.run("up axis", [&] { return find_up_axis(surface, bounds, run.options.threads); });
+        if (!convention.up || found.overrules(*convention.up)) {
+            statistics.report(found.reason == UpReason::none ? Warning::default_up_axis : Warning::estimated_up_axis,
+                              "up axis", note_of(found));
+            request.up = found.up;
+            return;
+        }
+    }
+    request.up = convention.up;
+    statistics.report("up axis", Fate::kept, std::string(to_string(*convention.up)) + ": " + convention.up_reason);
+}
+
 } // namespace
 
 Result<std::vector<Surface>> read_surfaces(std::span<const std::string> inputs, const Run &run) {
@@ -72,6 +97,8 @@ Result<std::vector<Surface>> read_surfaces(std::span<const std::string> inputs, 
         const std::string name = scans->size() > 1 ? name_of(scan.file) : "";
         Result<Surface> surface = run.clock.run("read", [&](auto read_progress) {
             return read_surface(scan.file, {.is_one_of_several = scans->size() > 1,
+                                            .is_geographic = options.is_geographic,
+                                            .keep_placeholders = options.keep_placeholders,
                                             .strict = options.strict,
                                             .format = options.input_format,
                                             .columns = options.columns,
@@ -84,8 +111,12 @@ Result<std::vector<Surface>> read_surfaces(std::span<const std::string> inputs, 
         if (!surface)
             return with_input_name(name, surface.error());
         surface->name = name;
-        if (scan.pose)
+        if (scan.pose) {
             pose(*surface, *scan.pose);
+            surface->convention.up.reset();
+        }
+        if (options.placement.scale)
+            surface->convention.unit_reason.clear();
         place(*surface, options.placement);
         surfaces.push_back(std::move(*surface));
     }
@@ -132,6 +163,7 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
     BuildStatistics &statistics = run.statistics;
     StepClock &clock = run.clock;
     const int threads = options.threads;
+    const Convention convention = common_convention(surfaces);
     std::vector<SinglePrecision> single_precision;
     for (const Surface &surface : surfaces)
         if (surface.float_step > 0 && !surface.positions.empty())
@@ -159,12 +191,8 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
                           metadata->has_crs ? "in the metadata, as \"crs\"" : "the metadata has no room for it");
 
     GridRequest request = options.grid;
-    if (!request.up && !request.like) {
-        const FoundUp found = clock.run("up axis", [&] { return find_up_axis(surface, scan.bounds, threads); });
-        statistics.report(found.reason == UpReason::none ? Warning::default_up_axis : Warning::estimated_up_axis,
-                          "up axis", note_of(found));
-        request.up = found.up;
-    }
+    if (!request.like)
+        choose_orientation(convention, surface, scan.bounds, request, run);
     const PointRequest points{.viewpoint = options.viewpoints.size() == 1 ? std::optional(options.viewpoints.front())
                                                                           : std::nullopt,
                               .outliers = outliers_of(options),

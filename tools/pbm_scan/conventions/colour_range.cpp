@@ -1,0 +1,37 @@
+#include "pbm_scan/conventions/colour_range.h"
+
+#include "pbm_scan/text/printable.h"
+
+namespace pbm::build {
+
+namespace {
+
+bool is_few(std::uint64_t count, std::uint64_t of) { return count < (of + 99) / 100 || count == 0; }
+
+} // namespace
+
+ColourRange range_of_words(std::uint64_t lit, std::uint64_t above_byte) {
+    return is_few(above_byte, lit) ? ColourRange{255, above_byte} : ColourRange{65535, 0};
+}
+
+ColourRange ColourCounts::range(ColourNumbers numbers) const {
+    const auto are_few = [this](std::uint64_t count) { return is_few(count, lit_); };
+    if (numbers == ColourNumbers::any && (above_one_ == 0 || (are_few(above_two_) && !are_whole_)))
+        return {1, negative_ + above_one_};
+    if (are_few(above_byte_))
+        return {255, negative_ + above_byte_};
+    return are_few(above_word_) ? ColourRange{65535, negative_ + above_word_} : ColourRange{0, 0};
+}
+
+std::string ColourRange::note() const {
+    return outside == 0 ? "" : "; " + counted(outside, "colour") + " outside clamped";
+}
+
+ColourRange colour_range(std::span<const glm::vec3> colours, ColourNumbers numbers) {
+    ColourCounts counts;
+    for (const glm::vec3 &colour : colours)
+        counts.add(colour);
+    return counts.range(numbers);
+}
+
+} // namespace pbm::build

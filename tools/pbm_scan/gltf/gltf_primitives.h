@@ -1,0 +1,89 @@
+// Primitives of glTF meshes: arrays of vertices, and triangles.
+// Based on: Khronos Group. glTF 2.0 Specification. 2021 (section 3.7)
+#pragma once
+
+#include "pbm_scan/gltf/gltf_document.h"
+#include "pbm_scan/gltf/gltf_materials.h"
+#include "pbm_scan/surface/surface.h"
+
+#include <glm/vec3.hpp>
+
+#include <map>
+#include <tuple>
+#include <vector>
+
+namespace pbm::build {
+
+// A part of a mesh in its own coordinates. Arrays are parallel to `positions`, or empty.
+struct GltfPrimitive {
+    std::vector<float> positions, normals, places, colours; // 3, 3, 2, 4 numbers each; colours linear
+    std::vector<float> joints, weights;                     // numbers per vertex: 4 joint_sets
+    std::size_t joint_sets = 0;
+    std::vector<glm::uvec3> triangles;
+    bool is_points = false, is_lines = false;
+    const GltfMaterial *material = nullptr;
+    std::size_t degenerate = 0;
+
+    std::size_t vertices() const { return positions.size() / 3; }
+};
+
+class GltfPrimitives {
+  public:
+    // `report` gets lines for what is dropped.
+    GltfPrimitives(GltfDocument &document, GltfMaterials &materials, std::vector<AttributeReport> &report);
+
+    // The primitives of a mesh, with morph targets of these weights, and with joints if a skin moves them. Each is read
+    // once. A primitive that shares an accessor with others, and names few of its vertices, has those alone: time and
+    // memory are bounded by the indices of the file.
+    //
+    // errors  bad_input  damaged
+    //         too_large  many more vertices or indices than the file has bytes
+    Result<const std::vector<GltfPrimitive> *> of_mesh(std::size_t mesh, const std::vector<double> &weights,
+                                                       bool has_skin);
+
+    // Reports vertices of shared accessors that no primitive names. Call it last.
+    void report_loose();
+
+    // Limit of vertices, also of all instances together.
+    std::uint64_t max_vertices() const;
+
+  private:
+    // The vertices of an accessor of positions that several primitives share.
+    struct Shared {
+        std::vector<std::uint32_t> numbers, round; // [vertices] in the primitive that is read; valid in the same round
+        std::vector<bool> is_named;
+        std::uint32_t rounds = 0;
+        bool are_all_named = false;
+    };
+    struct Reading {
+        const Json &described, &attributes;
+        const std::vector<double> &weights;
+        bool has_skin;
+        std::vector<std::uint32_t> corners;
+        std::vector<std::uint32_t> sources; // the vertex of the accessor for each one, if is_compact
+        bool is_compact = false;
+    };
+
+    Result<std::vector<GltfPrimitive>> read_mesh(std::size_t mesh, const std::vector<double> &weights, bool has_skin);
+    Status read_primitive(const Json &described, const std::vector<double> &weights, bool has_skin, GltfPrimitive &out);
+    Status read_plain(Reading &reading, GltfPrimitive &out);
+    Status read_compressed(const Json &draco, Reading &reading, GltfPrimitive &out);
+    Status read_corners(Reading &reading, const GltfPrimitive &out);
+    static void compact(Reading &reading, Shared &vertices);
+    Status read_attribute(Reading &reading, const Json &from, const char *name, std::size_t components,
+                          std::vector<float> &to);
+    Status read_joints(Reading &reading, GltfPrimitive &out);
+    Status morph(Reading &reading, GltfPrimitive &out);
+    void report_attributes(const Json &attributes, const GltfPrimitive &out, bool has_skin);
+
+    GltfDocument &document_;
+    GltfMaterials &materials_;
+    std::vector<AttributeReport> &report_;
+    std::map<std::tuple<std::size_t, std::vector<double>, bool>, std::vector<GltfPrimitive>> meshes_;
+    std::map<std::size_t, std::size_t> uses_;                                  // of accessors of positions
+    std::map<std::size_t, Shared> shared_;                                     // by the accessor of positions
+    std::map<std::pair<std::size_t, std::size_t>, std::vector<float>> values_; // by accessor and components, of these
+    std::uint64_t vertices_ = 0, corners_ = 0;                                 // read so far
+};
+
+} // namespace pbm::build
