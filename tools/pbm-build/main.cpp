@@ -8,6 +8,7 @@
 #include "options/options.h"
 #include "pbm_build/parts/part_file.h"
 #include "pbm_build/pipeline.h"
+#include "pbm_build/preparing/prepare.h"
 #include "pbm_scan/text/printable.h"
 #include "plan.h"
 #include "source_files.h"
