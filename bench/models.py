@@ -22,13 +22,14 @@ SOURCE = pathlib.Path(__file__).resolve().parent.parent
 @dataclasses.dataclass(frozen=True)
 class Scan:
     name: str
-    file: str  # empty: the project's own sample
+    file: str  # empty: one of the project's own samples
     depth: int
     marble: bool = False  # no colours of its own: gets marble
-    vertices: int = 0  # of the sample
+    sample: tuple = ()  # options of pbm-sample
 
 
-SAMPLE = Scan("ammonite", "", 7, vertices=20000)
+SAMPLE = Scan("ammonite", "", 7, sample=("--vertices", 20000))
+CLOUD = Scan("statue", "", 8, sample=("--shape", "statue", "--points", 20000))  # points without normals
 BUNNY = Scan("bunny", "bun_zipper.ply", 10, marble=True)
 DRAGON = Scan("dragon", "dragon_vrip_res2.ply", 9, marble=True)
 GARGOYLE = Scan("gargo", "gargo.ply", 8)
@@ -116,8 +117,8 @@ class Workshop:
         """The PLY that the model is built from."""
         if not scan.file:
             program = self.bin / "pbm-sample"
-            return self.made(self.work / f"{scan.name}-{scan.vertices}.ply", [program],
-                             lambda out: self.run(program, "-q", "--vertices", scan.vertices, "-o", out))
+            return self.made(self.work / f"{scan.name}-{scan.sample[-1]}.ply", [program],
+                             lambda out: self.run(program, "-q", *scan.sample, "-o", out))
         original = self.scans / scan.file
         if not scan.marble:
             return original

@@ -154,7 +154,7 @@ class Source:
         for place, _, text in sorted(self.insertions, key=lambda item: (item[0], -item[1])):
             out += [self.text[at:place], text]
             at = place
-        return '#include "check_mutations/removed_check.h"\n#line 1\n' + "".join(out) + self.text[at:]
+        return '#include "check_mutations/switches.h"\n#line 1\n' + "".join(out) + self.text[at:]
 
 def main(folder, listing, first, *sources):
     steps = "--no-steps" not in sources                 # whether a chain's steps may be left out, as checks

@@ -3,6 +3,7 @@
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_render/fast/fast_renderer.h"
+#include "unit/support/value_of.h"
 
 namespace pbm::faults {
 
@@ -33,9 +34,9 @@ Result<Shown> show(ByteView file, const DetailView &view, int threads) {
         return std::move(images).error();
     Shown shown;
     shown.images = *images;
-    shown.model = std::make_unique<StreamedModel>(std::move(reader).value(), StreamingOptions{.threads = threads});
+    shown.model = std::make_unique<StreamedModel>(value_of(std::move(reader)), StreamingOptions{.threads = threads});
     shown.surroundings =
-        std::make_shared<const Surroundings>(shown.model->reader().parameters(), std::move(images).value());
+        std::make_shared<const Surroundings>(shown.model->reader().parameters(), value_of(std::move(images)));
     // An error concerns one chunk: repeat until all others are loaded.
     for (Status loaded; !(loaded = load_all(*shown.model, view));)
         if (loaded.error().code == ErrorCode::memory)
@@ -57,7 +58,7 @@ Status open_and_draw(ByteView file, int threads) {
     if (!reader)
         return std::move(reader).error();
     const UpAxis up = reader->parameters().grid.up;
-    StreamedModel model(std::move(reader).value(), {.threads = threads});
+    StreamedModel model(value_of(std::move(reader)), {.threads = threads});
     const Result<Extent> bounds = model.bounds();
     if (!bounds)
         return bounds.error();

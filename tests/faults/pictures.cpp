@@ -1,6 +1,7 @@
 #include "pictures.h"
 
 #include "pbm_format/chunks/mapped_chunk.h"
+#include "unit/support/value_of.h"
 
 #include <algorithm>
 
@@ -8,17 +9,17 @@ namespace pbm::faults {
 namespace {
 
 Sphere bounds_of(ByteView file) {
-    StreamedModel model(Reader::open(file).value(), {.threads = 1});
-    return model.bounds().value().sphere;
+    StreamedModel model(value_of(Reader::open(file)), {.threads = 1});
+    return value_of(model.bounds()).sphere;
 }
 
 // Decodes all chunks of a file by load_chunk.
 std::vector<std::vector<Chunk>> decode_all(ByteView file) {
-    Reader reader = Reader::open(file).value();
+    Reader reader = value_of(Reader::open(file));
     std::vector<std::vector<Chunk>> levels(1);
     levels[0].push_back(reader.root_chunk());
     for (int level = 1; level <= reader.depth(); ++level) {
-        const LevelDirectory &directory = *reader.directory(level).value();
+        const LevelDirectory &directory = *value_of(reader.directory(level));
         std::vector<Chunk> chunks(directory.chunks.size());
         for (std::size_t i = 0; i < chunks.size(); ++i)
             if (!reader.load_chunk(level, i, levels.back()[directory.chunks[i].shape.parent_chunk], chunks[i]))
@@ -37,13 +38,13 @@ std::vector<std::shared_ptr<const TiledImage>> rasters(const TiledImages &images
 } // namespace
 
 Pictures::Pictures(const Golden &golden)
-    : golden_(golden), reader_(Reader::open(golden.bytes).value()),
-      view_(whole_view(bounds_of(golden.bytes), Reader::open(golden.bytes).value().parameters().grid.up)),
-      whole_(show(golden.bytes, view_).value()), chunks_(decode_all(golden.bytes)),
+    : golden_(golden), reader_(value_of(Reader::open(golden.bytes))),
+      view_(whole_view(bounds_of(golden.bytes), value_of(Reader::open(golden.bytes)).parameters().grid.up)),
+      whole_(value_of(show(golden.bytes, view_))), chunks_(decode_all(golden.bytes)),
       whole_picture_(draw(whole_, view_).colour) {
     directories_.push_back(nullptr);
     for (int level = 1; level <= reader_.depth(); ++level)
-        directories_.push_back(reader_.directory(level).value());
+        directories_.push_back(value_of(reader_.directory(level)));
 }
 
 // Whether every drawn chunk equals that of the golden file.

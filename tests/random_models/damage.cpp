@@ -4,6 +4,7 @@
 #include "unit/support/file_editor.h"
 
 #include "pbm_format/reading/load_model.h"
+#include "unit/support/value_of.h"
 
 #include <algorithm>
 #include <array>
@@ -202,7 +203,7 @@ class Damager {
         std::vector<std::vector<ChunkShape>> shapes(1);
         for (int level = 1; level <= reader->depth(); ++level) {
             shapes.emplace_back();
-            for (const ChunkEntry &chunk : reader->directory(level).value()->chunks)
+            for (const ChunkEntry &chunk : value_of(reader->directory(level))->chunks)
                 shapes.back().push_back(chunk.shape);
         }
         const ContentId id = content_id(*model, shapes, reader->header().chunk_points);

@@ -10,6 +10,7 @@
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/reference/reference_renderer.h"
 #include "pbm_render/surroundings/surroundings.h"
+#include "unit/support/value_of.h"
 
 #include <memory>
 
@@ -23,7 +24,7 @@ Judgement broken(std::string law) { return {.valid = false, .broken = std::move(
 
 // Draws a small picture of a valid file with all renderers; returns what went wrong.
 std::string draw(ByteView file, const Model &model) {
-    Reader reader = Reader::open(file).value();
+    Reader reader = value_of(Reader::open(file));
     const Result<TiledImages> images = read_images(reader);
     if (!images)
         return "valid, but its rasters are not: " + images.error().message;
@@ -52,7 +53,7 @@ std::string draw(ByteView file, const Model &model) {
 }
 
 std::string draw(ByteView file) {
-    Reader reader = Reader::open(file).value();
+    Reader reader = value_of(Reader::open(file));
     const Result<Model> model = load_model(reader, {.threads = 1, .fields = true});
     return model ? draw(file, *model) : "valid, but does not load: " + model.error().message;
 }

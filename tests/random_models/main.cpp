@@ -8,6 +8,7 @@
 #include "pbm_format/reading/reader.h"
 #include "pbm_format/writing/writer.h"
 #include "system/files/file_replacement.h"
+#include "unit/support/value_of.h"
 
 #include <array>
 #include <cstdio>
@@ -39,7 +40,7 @@ Bytes encode(const Model &model, Random &random) {
                                .filters = random.below(4) != 0,
                                .chunk_points = kMinChunkPoints << random.below(8),
                                .threads = 1};
-    return encode_model(model, options).value();
+    return value_of(encode_model(model, options));
 }
 
 struct Case {
@@ -69,9 +70,9 @@ void judge_one(const Campaign &campaign, std::uint64_t number, Totals &totals) {
     totals.bytes += made.file.size();
     totals.points += made.model.point_count();
     if (judgement.valid) {
-        Reader reader = Reader::open(made.file).value();
+        Reader reader = value_of(Reader::open(made.file));
         totals.mapped += reader.header().storage() == Storage::mapped ? 1 : 0;
-        totals.chunks += reader.directory(reader.depth()).value()->chunks.size();
+        totals.chunks += value_of(reader.directory(reader.depth()))->chunks.size();
     }
     if (!judgement.broken.empty()) {
         ++totals.broken;

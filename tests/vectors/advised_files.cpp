@@ -3,14 +3,15 @@
 #include "unit/support/test_models.h"
 
 #include "pbm_format/writing/writer.h"
+#include "unit/support/value_of.h"
 
 namespace pbm::test {
 
 namespace {
 
 Bytes encode(const Model &model, std::uint32_t chunk_points = kDefaultChunkPoints) {
-    return encode_model(model, {.compression_level = 19, .filters = false, .chunk_points = chunk_points, .threads = 1})
-        .value();
+    return value_of(
+        encode_model(model, {.compression_level = 19, .filters = false, .chunk_points = chunk_points, .threads = 1}));
 }
 
 Model plain_model() { return sphere_model(2, {}, 0.3); }

@@ -4,6 +4,7 @@
 
 #include "pbm_format/container/field_sections.h"
 #include "pbm_format/writing/writer.h"
+#include "unit/support/value_of.h"
 
 #include <algorithm>
 
@@ -22,9 +23,8 @@ Model model_with_fields() {
 }
 
 Bytes encode_fields_file(const Model &model, Storage storage = Storage::packed) {
-    return encode_model(model,
-                        {.storage = storage, .compression_level = 19, .chunk_points = kMinChunkPoints, .threads = 1})
-        .value();
+    return value_of(encode_model(
+        model, {.storage = storage, .compression_level = 19, .chunk_points = kMinChunkPoints, .threads = 1}));
 }
 
 const Bytes &fields_file() {
@@ -60,7 +60,7 @@ Bytes implausible_file() {
     finest.points.radii.assign(points, 190);
     finest.fields = {Bytes(2 * points, 7)};
     average_levels(model, 1);
-    FileEditor editor(encode_model(model, {.compression_level = 19, .threads = 1}).value());
+    FileEditor editor(value_of(encode_model(model, {.compression_level = 19, .threads = 1})));
     editor.set<std::uint32_t>(editor.section(field_directory, kFieldDepth) + 8, 1U << 31 | 1U);
     editor.repair();
     return editor.bytes();

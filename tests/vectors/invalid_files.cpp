@@ -5,6 +5,7 @@
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_format/writing/writer.h"
+#include "unit/support/value_of.h"
 
 #include <functional>
 #include <limits>
@@ -16,11 +17,12 @@ namespace {
 
 // Without filters: each stream is raw or one frame.
 Bytes encode(const Model &model) {
-    return encode_model(model, {.compression_level = 19, .filters = false, .chunk_points = 512, .threads = 1}).value();
+    return value_of(
+        encode_model(model, {.compression_level = 19, .filters = false, .chunk_points = 512, .threads = 1}));
 }
 
 Bytes encode_filtered(const Model &model) {
-    return encode_model(model, {.compression_level = 19, .chunk_points = 512, .threads = 1}).value();
+    return value_of(encode_model(model, {.compression_level = 19, .chunk_points = 512, .threads = 1}));
 }
 
 // Depth 3, every attribute, one chunk per level, streams so short that they are raw.
@@ -66,7 +68,7 @@ const Bytes &filtered_regions_file() {
         PointAttributes &points = model.levels.back().points;
         std::vector<MortonCode> codes{0};
         for (std::size_t level = 1; level < model.levels.size(); ++level)
-            codes = expand_level(codes, model.levels[level].masks, points.size()).value();
+            codes = value_of(expand_level(codes, model.levels[level].masks, points.size()));
         for (std::size_t i = 0; i < codes.size(); ++i) {
             const auto [x, y, z] = morton_decode(codes[i]);
             points.materials[i] = static_cast<std::uint8_t>(Random(codes[i] >> 6).below(3));
@@ -85,7 +87,7 @@ const Bytes &colour_565_file() {
 }
 
 Bytes encode_mapped(const Model &model) {
-    return encode_model(model, {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}).value();
+    return value_of(encode_model(model, {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}));
 }
 
 // Depth 3, every attribute, mapped.
@@ -455,7 +457,7 @@ Bytes two_sided_file() {
     for (std::size_t i = 0; i < normals.size(); i += 3)
         normals[i] |= kTwoSidedBit;
     average_levels(model, 1);
-    return encode_model(model, {.compression_level = 19, .threads = 1}).value();
+    return value_of(encode_model(model, {.compression_level = 19, .threads = 1}));
 }
 
 } // namespace

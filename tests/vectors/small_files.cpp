@@ -4,6 +4,7 @@
 #include "unit/support/test_models.h"
 
 #include "pbm_format/writing/writer.h"
+#include "unit/support/value_of.h"
 
 #include <algorithm>
 #include <array>
@@ -48,7 +49,7 @@ Bytes deepest_file() {
         points.radii[i] = 255 - 12 * kMaxDepth; // the edge of a voxel
     }
     average_levels(model, 1);
-    return encode_model(model, {.threads = 1}).value();
+    return value_of(encode_model(model, {.threads = 1}));
 }
 
 // The last stream of the file is a frame of 32 equal bytes. It gets the optional checksum of RFC 8878: the low half of
@@ -57,7 +58,7 @@ const Bytes &checksum_file() {
     static const Bytes file = [] {
         constexpr std::array<std::uint8_t, 4> kChecksum{0x6B, 0xC2, 0x3C, 0x6D};
         constexpr std::uint32_t kLevel = 2, kStreams = 3;
-        FileEditor editor(encode_model(sphere_model(kLevel, {}, 0.3), {.filters = false, .threads = 1}).value());
+        FileEditor editor(value_of(encode_model(sphere_model(kLevel, {}, 0.3), {.filters = false, .threads = 1})));
         const std::size_t stream = editor.chunk(kLevel) + kChunkEntryFixedBytes + 4 * (kStreams - 1);
         const std::uint32_t frame_bytes = editor.get<std::uint32_t>(stream) & 0xFFFFFF;
         const std::size_t frame = editor.bytes().size() - frame_bytes;
@@ -80,9 +81,9 @@ const Bytes &unknown_extras_file() {
         const WriteOptions options{
             .compression_level = 19, .filters = false, .chunk_points = kMinChunkPoints, .threads = 1};
         Model model = sphere_model(3, {}, 0.2);
-        const Bytes without = encode_model(model, options).value();
+        const Bytes without = value_of(encode_model(model, options));
         model.parameters.lights.resize(1); // gives the section an unknown type
-        FileEditor editor(encode_model(model, options).value());
+        FileEditor editor(value_of(encode_model(model, options)));
         const std::size_t entry = editor.entry(SectionType::lights);
         editor.set<std::uint32_t>(entry, kUnknownType);
         editor.set<std::uint16_t>(entry + 6, 0);
@@ -100,7 +101,7 @@ const Bytes &unknown_extras_file() {
 Bytes closed_file(Storage storage) {
     Model model = sphere_model(4, {}, 0.3);
     model.parameters.closed = true;
-    return encode_model(model, {.storage = storage, .compression_level = 19, .threads = 1}).value();
+    return value_of(encode_model(model, {.storage = storage, .compression_level = 19, .threads = 1}));
 }
 
 // Octant 0 has 320 voxels, each alone in its node. Octant 7 has 512 voxels in pairs and, in its last octant, a sheet of
@@ -138,7 +139,7 @@ Bytes worked_example_file() {
         }
     }
     average_levels(model, 1);
-    return encode_model(model, {.compression_level = 19, .chunk_points = kMinChunkPoints, .threads = 1}).value();
+    return value_of(encode_model(model, {.compression_level = 19, .chunk_points = kMinChunkPoints, .threads = 1}));
 }
 
 } // namespace

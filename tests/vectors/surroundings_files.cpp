@@ -4,6 +4,7 @@
 
 #include "pbm_format/reading/reader.h"
 #include "pbm_format/writing/writer.h"
+#include "unit/support/value_of.h"
 
 #include <limits>
 
@@ -12,8 +13,8 @@ namespace pbm::test {
 namespace {
 
 Bytes encode(const Model &model, Storage storage) {
-    return encode_model(model, {.storage = storage, .compression_level = 19, .chunk_points = 512, .threads = 1})
-        .value();
+    return value_of(
+        encode_model(model, {.storage = storage, .compression_level = 19, .chunk_points = 512, .threads = 1}));
 }
 
 // Every attribute, two lights with shadows, and a second material for the ground.

@@ -1,5 +1,6 @@
 // write_pictures: draws every golden file and rewrites pictures.json of each version. format_spec/golden/README.md
 #include "unit/render/golden_pictures.h"
+#include "unit/support/value_of.h"
 
 #include <glm/geometric.hpp>
 
@@ -26,7 +27,7 @@ Json entry_of(const Framebuffer &picture) { return {{"hash", hash_of(picture)}, 
 
 // Updates the hashes. Keeps camera and cells, which are frozen, and adds them only if they are missing.
 Json describe(const std::filesystem::path &file, const Json &before) {
-    const MappedFile bytes = MappedFile::open(file.string()).value();
+    const MappedFile bytes = value_of(MappedFile::open(file.string()));
     const Model model = model_of(bytes.bytes());
     Json entry = before.is_null() ? Json{{"file", file.filename().string()}, {"camera", new_camera(model)}} : before;
     const Scene scene(bytes.bytes(), camera_of(entry.at("camera")));

@@ -3,6 +3,7 @@
 #include "goldens.h"
 #include "judge.h"
 #include "pictures.h"
+#include "unit/support/value_of.h"
 
 #include <algorithm>
 
@@ -20,7 +21,7 @@ Found examine(ByteView file) { return {validate(file, {.threads = 1}), verify(fi
 bool within(std::uint64_t offset, std::uint64_t begin, std::uint64_t end) { return offset >= begin && offset < end; }
 
 void flip_all(const Golden &golden, std::uint64_t step, Tally &tally) {
-    Reader reader = Reader::open(golden.bytes).value();
+    Reader reader = value_of(Reader::open(golden.bytes));
     if (!reader.directory(reader.depth()))
         return;
     const std::vector<Region> regions = regions_of(reader, golden.bytes);

@@ -3,6 +3,7 @@
 #include "pbm_format/container/section_encoder.h"
 #include "pbm_format/rasters/image_section.h"
 #include "unit/support/file_editor.h"
+#include "unit/support/value_of.h"
 
 #include <algorithm>
 #include <cstring>
@@ -29,8 +30,8 @@ void set_entry(Bytes &bytes, std::size_t at, std::size_t size, std::uint32_t cod
 
 } // namespace
 
-FileParts::FileParts(ByteView valid_file) : header(decode_header(valid_file).value()) {
-    const std::vector<SectionEntry> entries = decode_section_table(valid_file, header).value();
+FileParts::FileParts(ByteView valid_file) : header(value_of(decode_header(valid_file))) {
+    const std::vector<SectionEntry> entries = value_of(decode_section_table(valid_file, header));
     for (const SectionEntry &entry : entries) {
         const ByteView stored = valid_file.subspan(entry.offset, entry.stored_bytes);
         sections.push_back({entry, Bytes(stored.begin(), stored.end())});

@@ -1,4 +1,5 @@
 #include "goldens.h"
+#include "unit/support/value_of.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -28,7 +29,7 @@ std::vector<Golden> files_in(const std::string &folder, std::size_t max_bytes) {
 
 void add_chunks(Reader &reader, const SectionEntry &section, std::vector<Region> &regions) {
     const auto level = static_cast<int>(section.instance);
-    const std::vector<ChunkEntry> &chunks = (*reader.directory(level).value()).chunks;
+    const std::vector<ChunkEntry> &chunks = (*value_of(reader.directory(level))).chunks;
     const bool bricks = section.type == SectionType::level_bricks;
     for (std::size_t i = 0; i < chunks.size(); ++i) {
         const ChunkEntry &chunk = chunks[i];
@@ -44,7 +45,7 @@ void add_chunks(Reader &reader, const SectionEntry &section, std::vector<Region>
 }
 
 void add_raster(Reader &reader, const SectionEntry &section, ByteView file, std::vector<Region> &regions) {
-    const ImageDirectory directory = read_image_directory(file, section, reader.header().storage()).value();
+    const ImageDirectory directory = value_of(read_image_directory(file, section, reader.header().storage()));
     const std::uint64_t head = section.offset + image_directory_bytes(directory.grid);
     regions.push_back({.part = Part::raster_head, .begin = section.offset, .end = head, .section = &section});
     for (std::size_t i = 0; i < directory.tiles.size(); ++i) {

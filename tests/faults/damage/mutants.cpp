@@ -8,6 +8,7 @@
 #include "pbm_format/reading/load_model.h"
 #include "unit/support/file_editor.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <array>
 #include <optional>
@@ -29,7 +30,7 @@ constexpr unsigned kHang = 30; // seconds until SIGALRM ends a case
 std::optional<Bytes> with_right_content(const Bytes &file, const Status &status) {
     if (status || status.error().message.rfind("8.1", 0) != 0)
         return std::nullopt;
-    Reader reader = Reader::open(file).value();
+    Reader reader = value_of(Reader::open(file));
     const Result<Model> model = load_model(reader, {.threads = 1, .fields = true});
     if (!model)
         return std::nullopt;
@@ -88,7 +89,7 @@ void add_fields(std::uint64_t at, std::initializer_list<DamagedField> fields, st
 
 // Fields of header, table, chunk directories and raster headers.
 std::vector<DamagedField> fields_of(const Golden &golden) {
-    Reader reader = Reader::open(golden.bytes).value();
+    Reader reader = value_of(Reader::open(golden.bytes));
     std::vector<DamagedField> fields;
     add_fields(0, {{8, 2},  {10, 2}, {12, 4}, {16, 8}, {24, 8},  {32, 4},  {36, 1}, {37, 1},
                    {40, 8}, {48, 8}, {56, 8}, {64, 8}, {72, 8},  {80, 8},  {88, 2}, {90, 1},
@@ -163,7 +164,7 @@ void flip_bits_behind_hashes(const Options &options, Tally &tally) {
     std::vector<std::vector<Region>> regions;
     std::vector<Reader> readers;
     for (const Golden &golden : files) {
-        readers.push_back(Reader::open(golden.bytes).value());
+        readers.push_back(value_of(Reader::open(golden.bytes)));
         if (readers.back().directory(readers.back().depth()))
             regions.push_back(regions_of(readers.back(), golden.bytes));
     }

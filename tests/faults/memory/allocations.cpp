@@ -6,6 +6,7 @@
 
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
+#include "unit/support/value_of.h"
 
 #include <array>
 #include <new>
@@ -88,8 +89,8 @@ void fail_all(Task what, const Golden &golden, const Model &model, int threads, 
 
 void fail_allocations(const Options &options, Tally &tally) {
     for (const Golden &golden : goldens(options.complete ? 16 << 10 : 4 << 10)) {
-        Reader reader = Reader::open(golden.bytes).value();
-        const Model model = load_model(reader, {.fields = true}).value();
+        Reader reader = value_of(Reader::open(golden.bytes));
+        const Model model = value_of(load_model(reader, {.fields = true}));
         for (std::size_t what = 0; what < kTasks.size(); ++what)
             for (const int threads : {1, 3})
                 for (const bool all_further : {false, true})

@@ -11,6 +11,7 @@
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
 #include "unit/support/file_editor.h"
+#include "unit/support/value_of.h"
 
 #include <algorithm>
 #include <cstring>
@@ -77,11 +78,11 @@ std::vector<Frame> bad_frames(std::uint64_t raw, std::uint64_t most) {
 constexpr std::uint64_t kMinRaw = 120; // raw size that planes with the longest of these frames need
 
 void add_streams(const Golden &golden, std::vector<Bomb> &bombs) {
-    Reader reader = Reader::open(golden.bytes).value();
+    Reader reader = value_of(Reader::open(golden.bytes));
     const AttributeSet &set = reader.parameters().attributes;
     const StreamList streams = streams_of(set);
     const int level = reader.depth();
-    const ChunkShape shape = reader.directory(level).value()->chunks[0].shape;
+    const ChunkShape shape = value_of(reader.directory(level))->chunks[0].shape;
     for (std::size_t s = 0; s < streams.size(); ++s) {
         const std::uint64_t raw = raw_stream_bytes(streams[s], set, level, shape.nodes, shape.points);
         const Filter filter = filter_of(streams[s], set);
@@ -105,11 +106,11 @@ void add_streams(const Golden &golden, std::vector<Bomb> &bombs) {
 void add_tiles(const Golden &golden, std::vector<Bomb> &bombs) {
     constexpr std::size_t kChannels = 3;
     const FileParts whole(golden.bytes);
-    const Reader reader = Reader::open(golden.bytes).value();
+    const Reader reader = value_of(Reader::open(golden.bytes));
     const SectionEntry *section = reader.section(SectionType::panorama);
     if (section == nullptr)
         return;
-    const ImageDirectory directory = read_image_directory(golden.bytes, *section, Storage::packed).value();
+    const ImageDirectory directory = value_of(read_image_directory(golden.bytes, *section, Storage::packed));
     const std::size_t tile = directory.tiles.size() - 1;
     const std::uint64_t raw = directory.grid.tile_bytes(0);
     for (const Frame &bad : bad_frames(raw, raw - 1)) {
@@ -326,7 +327,7 @@ void send_bombs(const Options &options, Tally &tally) {
     honest.insert(honest.end(), honest_points.begin(), honest_points.end());
     for (const Bomb &bomb : honest)
         refuse(bomb.name + ", load_model with a budget", tally, true, kMaxMemory, [&]() -> Status {
-            Reader reader = Reader::open(bomb.file).value();
+            Reader reader = value_of(Reader::open(bomb.file));
             const Result<Model> model = load_model(reader, {.threads = 1, .max_memory = kBudget, .fields = true});
             return model ? Status() : Status(model.error());
         });

@@ -1,4 +1,5 @@
 // Shadows on the ground plane.
+#include "pbm_format/hashes/hash.h"
 #include "unit/bake/test_scenes.h"
 
 #include <gtest/gtest.h>
@@ -89,6 +90,17 @@ TEST(GroundShadow, FromBelowNothingIsLit) {
         for (const std::uint8_t texel :
              bake_ground(ShadowCasters(model, 1), light, plane_at(0), 16, {.maps = 1}).texels)
             ASSERT_EQ(texel, 0);
+}
+
+// The same for every compiler and machine.
+TEST(GroundShadow, HasItsGoldenTexels) {
+    VoxelScene scene;
+    scene.add_sphere({30, 24, 34}, 13);
+    const Model model = scene.model();
+    EXPECT_EQ(
+        hash64(bake_ground(ShadowCasters(model, 2), lamp({50, 70, 20}), plane_at(2), 64, {.maps = 9, .light_size = 0.2})
+                   .texels),
+        4698998315025356914U);
 }
 
 TEST(GroundShadow, BytesAreTheSameForAnyNumberOfThreads) {

@@ -295,7 +295,8 @@ TEST(ShadowRays, SoftShadowsOfRaysAreThoseOfMaps) {
     }
 }
 
-TEST(ShadowRays, BytesAreTheSameForAnyNumberOfThreads) {
+// The shadows of 20,000 scattered triangles on a floor.
+Bytes lit_below_triangles(int threads) {
     VoxelScene scene;
     scene.add_sheet(0, 64, 0, 64, 4);
     std::mt19937 random(3);
@@ -303,22 +304,51 @@ TEST(ShadowRays, BytesAreTheSameForAnyNumberOfThreads) {
     for (const bool second : {false, true})
         triangles.push_back(rectangle_half(second, 0, 64, 0, 64, 4.5F));
     const Model model = scene.model();
-    Bytes expected;
-    for (const int threads : {1, 2, 5}) {
-        const TriangleTree tree = tree_of(triangles, threads);
-        const ShadowCasters casters(model, threads);
-        const ShadowRays rays(casters, tree, threads);
-        ASSERT_TRUE(rays.complete());
-        const Bytes lit = bake_light(casters, lamp({70, 20, 40}), {.rays = &rays, .threads = threads});
-        EXPECT_GT(std::count(lit.begin(), lit.end(), 1), 500);
-        EXPECT_GT(std::count(lit.begin(), lit.end(), 0), 500);
-        if (threads == 1)
-            expected = lit;
-        EXPECT_EQ(lit, expected) << threads;
-    }
-    // Equal for every compiler and machine.
-    EXPECT_EQ(hash64(expected), 505809410370228365U);
+    const TriangleTree tree = tree_of(triangles, threads);
+    const ShadowCasters casters(model, threads);
+    const ShadowRays rays(casters, tree, threads);
+    EXPECT_TRUE(rays.complete());
+    return bake_light(casters, lamp({70, 20, 40}), {.rays = &rays, .threads = threads});
 }
+
+TEST(ShadowRays, BytesAreTheSameForAnyNumberOfThreads) {
+    const Bytes expected = lit_below_triangles(1);
+    EXPECT_GT(std::count(expected.begin(), expected.end(), 1), 500);
+    EXPECT_GT(std::count(expected.begin(), expected.end(), 0), 500);
+    for (const int threads : {2, 5})
+        EXPECT_EQ(lit_below_triangles(threads), expected) << threads;
+}
+
+// A curved floor of triangles that cut its voxels anywhere, under lights that graze it.
+TEST(ShadowRays, OnACurvedFloorGiveTheirGoldenBytes) {
+    const auto height = [](int x, int z) {
+        return 6.3F + static_cast<float>((x - 32) * (x - 32) + (z - 20) * (z - 20)) / 64;
+    };
+    VoxelScene scene;
+    std::vector<Triangle> triangles;
+    for (int z = 0; z < 64; ++z)
+        for (int x = 0; x < 64; ++x) {
+            scene.add(x, static_cast<int>(height(x, z)), z, {(32 - x) / 32.0, 1, (20 - z) / 32.0});
+            const auto corner = [&](int i, int j) {
+                return Position{static_cast<float>(x + i), height(x + i, z + j), static_cast<float>(z + j)};
+            };
+            triangles.push_back({corner(0, 0), corner(1, 0), corner(0, 1)});
+            triangles.push_back({corner(1, 0), corner(1, 1), corner(0, 1)});
+        }
+    const Model model = scene.model();
+    const TriangleTree tree = tree_of(triangles, 2);
+    const ShadowCasters casters(model, 2);
+    const ShadowRays rays(casters, tree, 2);
+    Bytes all;
+    for (const Light &light : {sun({1, -0.2, 0.1}), sun({-0.3, -0.1, 1}), lamp({30, 12, 30}), lamp({60, 40, 5})}) {
+        const Bytes lit = bake_light(casters, light, {.maps = 8, .bits = 4, .light_size = 0.2, .rays = &rays});
+        all.insert(all.end(), lit.begin(), lit.end());
+    }
+    EXPECT_EQ(hash64(all), 5305757033134886588U);
+}
+
+// The same for every compiler and machine.
+TEST(ShadowRays, GiveTheirGoldenBytes) { EXPECT_EQ(hash64(lit_below_triangles(2)), 505809410370228365U); }
 
 } // namespace
 } // namespace pbm

@@ -279,23 +279,73 @@ TEST(Shadows, ModelsOfOneVoxelAndOfOneSheetAreLit) {
     EXPECT_EQ(bake(sheet.model(), sun({1, 0, 0})).size(), 64U * 64U);
 }
 
+// A scene with soft shadows under a sun, a lamp close by and one far away.
+const Model &soft_scene() {
+    static const Model model = [] {
+        VoxelScene scene = floor_and_roof();
+        scene.add_sphere({20, 40, 44}, 9);
+        return scene.model();
+    }();
+    return model;
+}
+const std::array kSoftLights{sun({0.5, -1, 0.25}), lamp({20, 60, 44}), lamp({90, 150, 20})};
+const ShadowOptions kSoft{.maps = 5, .bits = 4, .light_size = 0.1, .threads = 1};
+
 TEST(Shadows, BytesAreTheSameForAnyNumberOfThreads) {
-    VoxelScene scene = floor_and_roof();
-    scene.add_sphere({20, 40, 44}, 9);
-    const Model model = scene.model();
-    Bytes all;
-    for (const Light &light : {sun({0.5, -1, 0.25}), lamp({20, 60, 44}), lamp({90, 150, 20})}) {
-        const ShadowOptions options{.maps = 5, .bits = 4, .light_size = 0.1, .threads = 1};
-        const Bytes one = bake(model, light, options);
+    for (const Light &light : kSoftLights) {
+        const Bytes one = bake(soft_scene(), light, kSoft);
         for (const int threads : {2, 3, 7}) {
-            ShadowOptions more = options;
+            ShadowOptions more = kSoft;
             more.threads = threads;
-            EXPECT_EQ(bake_light(ShadowCasters(model, threads), light, more), one);
+            EXPECT_EQ(bake_light(ShadowCasters(soft_scene(), threads), light, more), one);
         }
+    }
+}
+
+// The same for every compiler and machine. Every constant of the baker is part of them.
+TEST(Shadows, HaveTheirGoldenBytes) {
+    Bytes all;
+    for (const Light &light : kSoftLights) {
+        const Bytes one = bake(soft_scene(), light, kSoft);
         all.insert(all.end(), one.begin(), one.end());
     }
-    // Equal for every compiler and machine.
     EXPECT_EQ(hash64(all), 5645859874839032164U);
+}
+
+// Nothing in it is flat or hard: a curved floor, open on its other side, and a ball; lights that graze it, lie within
+// it, close by, and so far away that they are parallel or just not.
+TEST(Shadows, OfCurvedSurfacesHaveTheirGoldenBytes) {
+    VoxelScene scene;
+    for (int z = 0; z < 64; ++z)
+        for (int x = 0; x < 64; ++x) {
+            const int u = x - 32, v = z - 20;
+            scene.add(x, 6 + (u * u + v * v) / 60, z, {-u / 30.0, 1, -v / 30.0}, (x + z) % 7 == 0);
+        }
+    scene.add_sphere({31, 40, 30}, 8);
+    Bytes all;
+    for (const bool closed : {false, true}) {
+        const Model model = scene.model(closed);
+        for (const Light &light : {sun({1, -0.25, 0.1}), sun({0.1, 1, 0}), lamp({30, 26, 30}), lamp({32, 41, 33}),
+                                   lamp({32, 120, 40}), lamp({20000, 60000, 10000})}) {
+            const Bytes lit = bake(model, light, kSoft);
+            all.insert(all.end(), lit.begin(), lit.end());
+        }
+    }
+    EXPECT_EQ(hash64(all), 16051042805983464012U);
+}
+
+// The disc of a voxel of radius 0.87 reaches 0.83 x 0.87 = 0.72 voxels far: just over the corners of its voxel. The
+// nearest texel to a voxel beside it lies anywhere in that voxel, so the disc's share of it is in shadow: 16 %, with a
+// disc of 0.87 voxels 31 %.
+TEST(Shadows, DiscsOfDensePointsReachLittleBeyondTheirVoxel) {
+    VoxelScene scene;
+    scene.add_sheet(0, 64, 0, 64, 4);
+    scene.add(32, 30, 32, {0, 1, 0}, true);
+    const Bytes lit = bake(scene.model(), sun({0, -1, 0}), {.maps = 255, .bits = 8, .light_size = 1e-6});
+    EXPECT_EQ(lit[scene.index(32, 4, 32)], 0);
+    for (const auto &[x, z] : {std::pair(31, 32), {33, 32}, {32, 31}, {32, 33}})
+        EXPECT_NEAR(lit[scene.index(x, 4, z)] / 255.0, 0.84, 0.04) << x << " " << z;
+    EXPECT_EQ(lit[scene.index(34, 4, 32)], 255);
 }
 
 TEST(Shadows, ProgressEndsAtOneAndAStopGivesNothing) {

@@ -4,6 +4,7 @@
 #include "pbm_build/surface/face_normal.h"
 #include "pbm_build/surface/vertex_normals.h"
 #include "unit/build/built_models.h"
+#include "unit/support/value_of.h"
 
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
@@ -23,7 +24,7 @@ using Corners = std::array<glm::dvec3, 3>;
 
 // The unit normals of each triangle's corners; its own where a corner has none.
 std::vector<Corners> corners_of(Surface &surface) {
-    const VertexNormals normals = vertex_normals(surface, 2).value();
+    const VertexNormals normals = value_of(vertex_normals(surface, 2));
     std::vector<Corners> all;
     for (const glm::uvec3 &t : surface.triangles) {
         const glm::dvec3 own =

@@ -112,6 +112,34 @@ TEST(FarParts, DamagedCoordinatesAreDroppedWhateverTheirFaces) {
     EXPECT_EQ(outcome_of(surface).faces, all - 10);
 }
 
+TEST(FarParts, PartsThatMakeTheGridLessThanTenTimesLargerStay) {
+    for (const double place : {17.8, 21.0}) { // the grid of the bowl is 2 long
+        Surface surface = bowl();
+        const std::size_t all = surface.triangles.size();
+        add(surface, triangle({place, 0, 0}, 0.1));
+        EXPECT_EQ(outcome_of(surface).faces, place < 20 ? all + 1 : all) << place;
+    }
+}
+
+TEST(FarParts, AGroundPlaneThatMakesTheGridAThousandTimesLargerIsDamage) {
+    for (const double half : {700.0, 1500.0}) {
+        Surface surface = bowl();
+        const std::size_t all = surface.triangles.size();
+        add(surface, triangle({-half, -half, 0}, 2 * half));
+        EXPECT_EQ(outcome_of(surface).faces, half < 1000 ? all + 1 : all) << half;
+    }
+}
+
+TEST(FarParts, ATwentiethOfAllPointsIsAnObject) {
+    for (const int far : {20, 24}) { // of 400 and these
+        Surface points = bowl();
+        points.triangles.clear();
+        for (int i = 0; i < far; ++i)
+            points.positions.emplace_back(500 + 0.01 * i, 0, 0);
+        EXPECT_EQ(outcome_of(points).points, far == 20 ? 400U : 424U);
+    }
+}
+
 TEST(FarParts, ObjectsFarApartAreNotCut) {
     Surface two = bowl();
     add(two, bowl({1000, 0, 0}));

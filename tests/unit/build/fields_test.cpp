@@ -1,6 +1,7 @@
 // Fields of built models: how values become stored numbers, and what voxels get of their samples. BVG.md 17
 #include "pbm_build/fields/field_choice.h"
 #include "unit/build/built_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +31,7 @@ BuildOptions with_field(const std::string &field) {
     options.outliers = Outliers::keep;
     options.grid.voxel_size = 1;
     options.grid.depth.reset();
-    options.fields = {*parse_field(field)};
+    options.fields = {value_of(parse_field(field))};
     return options;
 }
 
@@ -47,7 +48,7 @@ std::vector<double> values_of(const Model &model, std::size_t number = 0) {
 
 TEST(FieldOption, IsRead) {
     EXPECT_EQ(parse_field("intensity")->name, "intensity");
-    const FieldRequest all = *parse_field("gps time=1,2.5,max,8");
+    const FieldRequest all = value_of(parse_field("gps time=1,2.5,max,8"));
     EXPECT_EQ(all.name, "gps time");
     EXPECT_EQ(*all.range, (std::array<double, 2>{1, 2.5}));
     EXPECT_EQ(all.average, FieldAverage::maximum);
@@ -88,7 +89,7 @@ TEST(BuiltFields, AFieldWithoutAnyValueIsRefused) {
 
 TEST(BuiltFields, LongNamesThatBeginAlikeAreRefused) {
     BuildOptions options = with_field(std::string(40, 'a') + "1");
-    options.fields.push_back(*parse_field(std::string(40, 'a') + "2"));
+    options.fields.push_back(value_of(parse_field(std::string(40, 'a') + "2")));
     Surface points = points_with({{0, 1}, {5, 2}});
     points.field_values[1] = points.field_values[0];
     EXPECT_NE(refused(points, options).message.find("the same first 32 bytes"), std::string::npos);
@@ -104,7 +105,7 @@ TEST(BuiltFields, MadePointsTakeTheirValuesFromThoseAround) {
         }
     sheet.field_units[0] = sheet.field_units[1] = "";
     BuildOptions options = with_field("i");
-    options.fields.push_back(*parse_field("class"));
+    options.fields.push_back(value_of(parse_field("class")));
     options.upsample = 4;
     const Model model = built(sheet, options);
     ASSERT_GT(model.point_count(), 2U * 1600U); // most voxels of the sheet were empty
@@ -165,7 +166,7 @@ TEST(BuiltFields, TrianglesMixTheValuesOfTheirCorners) {
         const Model model = built(surface, with_field(option));
         std::vector<MortonCode> codes{0};
         for (std::size_t level = 1; level < model.levels.size(); ++level)
-            codes = *expand_level(codes, model.levels[level].masks, 1 << 20);
+            codes = value_of(expand_level(codes, model.levels[level].masks, 1 << 20));
         const std::vector<double> values = values_of(model);
         std::vector<std::pair<double, double>> found;
         for (std::size_t i = 0; i < codes.size(); ++i)

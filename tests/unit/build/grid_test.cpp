@@ -1,5 +1,6 @@
 #include "pbm_build/grid/grid_choice.h"
 #include "pbm_build/grid/lattice.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -35,14 +36,22 @@ TEST(GridChoice, TheMedianEdgeIsWithinTwoPercent) {
     EXPECT_EQ(median_edge(nothing, 1), 0);
 }
 
+TEST(GridChoice, OfTwoMiddleEdgesTheShorterIsTheMedian) {
+    Surface surface; // edges of 1, 1, 1, 1.9, 3 and 3
+    surface.positions = {{0, 0, 0}, {1, 0, 0},  {0.5, std::sqrt(8.75), 0}, {0.95, std::sqrt(1 - 0.95 * 0.95), 5},
+                         {0, 0, 5}, {1.9, 0, 5}};
+    surface.triangles = {{0, 1, 2}, {3, 4, 5}};
+    EXPECT_NEAR(median_edge(surface, 1), 1, 0.02);
+}
+
 TEST(GridChoice, TheVoxelEdgeComesClosestToTheMedianEdge) {
     const Bounds bounds{{0, 0, 0}, {1000, 10, 10}};
     EXPECT_EQ(mesh_depth(bounds, 1.0), 10);          // voxels of 0.98, not 1.95
     EXPECT_EQ(mesh_depth(bounds, 1000.0 / 740), 10); // voxels of 0.98, just closer than 1.95
     EXPECT_EQ(mesh_depth(bounds, 1000.0 / 720), 9);  // 1.95 is closer
-    EXPECT_EQ(mesh_depth(bounds, 1000), kMinMeshDepth);
-    EXPECT_EQ(mesh_depth(bounds, 1e-9), kMaxMeshDepth);
-    EXPECT_EQ(mesh_depth(bounds, 0), kMaxMeshDepth);
+    EXPECT_EQ(mesh_depth(bounds, 1000), 8);
+    EXPECT_EQ(mesh_depth(bounds, 1e-9), 12);
+    EXPECT_EQ(mesh_depth(bounds, 0), 12);
 }
 
 TEST(GridChoice, PointsGetTheDepthAtWhichAVoxelHoldsOneOfThem) {
@@ -54,6 +63,38 @@ TEST(GridChoice, PointsGetTheDepthAtWhichAVoxelHoldsOneOfThem) {
     EXPECT_EQ(occupied[8], 65536U);
     EXPECT_EQ(occupied[16], 65536U);
     EXPECT_EQ(point_depth(occupied), 8);
+}
+
+// A depth is too fine if it has less than 11/6 of the voxels of the one above it.
+TEST(GridChoice, PointsGetDepthsFrom5To14) {
+    std::vector<std::uint64_t> occupied(kMaxDepth + 1, 1);
+    EXPECT_EQ(point_depth(occupied), 5);
+    for (std::size_t level = 1; level < occupied.size(); ++level)
+        occupied[level] = 4 * occupied[level - 1];
+    EXPECT_EQ(point_depth(occupied), 14);
+    occupied[14] = 11 * occupied[13] / 6 - 1;
+    EXPECT_EQ(point_depth(occupied), 13);
+    occupied[13] = 6;
+    occupied[14] = 11;
+    EXPECT_EQ(point_depth(occupied), 14);
+}
+
+TEST(GridChoice, TheMarginOfACentredGridIsAMillionthOfItsBox) {
+    EXPECT_EQ(centred_grid({{0, 0, 0}, {1, 0.5, 0}}, 8).edge(), 1 + 0x1p-20);
+}
+
+TEST(GridChoice, AVoxelSpansAtLeast64Doubles) {
+    EXPECT_EQ(centred_grid({{1e20, 0, 0}, {1e20, 0, 0}}, 8).edge(), 1e20 * 0x1p-30);
+    const Bounds far{{1e20, 0, 0}, {1e20, 0, 0}};
+    EXPECT_TRUE(snapped_grid(far, 1e20 * 0x1p-46));
+    EXPECT_FALSE(snapped_grid(far, 1e20 * 0x1.8p-47));
+}
+
+TEST(GridChoice, BoxesOfTheLimitsAreAccepted) {
+    EXPECT_TRUE(check_bounds({{-1e30, 0, 0}, {1e30, 0, 0}}));
+    EXPECT_FALSE(check_bounds({{-1.0001e30, 0, 0}, {0, 0, 0}}));
+    EXPECT_TRUE(check_bounds({{0, 0, 0}, {1e-30, 0, 0}}));
+    EXPECT_FALSE(check_bounds({{0, 0, 0}, {0.999e-30, 0, 0}}));
 }
 
 TEST(GridChoice, ACentredGridHoldsItsBoxAtEveryDepth) {
@@ -82,16 +123,37 @@ TEST(GridChoice, AGivenVoxelSizeSnapsTheOriginToMultiplesOfIt) {
     const Bounds bounds{{500000.13, 4000000.27, 3}, {500090.4, 4000020, 17}};
     const Result<Grid> grid = snapped_grid(bounds, 0.25);
     ASSERT_TRUE(grid.ok());
-    EXPECT_EQ(grid.value().voxel_size, 0.25);
-    EXPECT_EQ(grid.value().depth, 9); // 90.27 / 0.25 = 361 voxels
+    EXPECT_EQ(value_of(grid).voxel_size, 0.25);
+    EXPECT_EQ(value_of(grid).depth, 9); // 90.27 / 0.25 = 361 voxels
     for (int axis = 0; axis < 3; ++axis) {
-        const double origin = grid.value().origin[static_cast<std::size_t>(axis)];
+        const double origin = value_of(grid).origin[static_cast<std::size_t>(axis)];
         EXPECT_EQ(origin / 0.25, std::floor(origin / 0.25));
         EXPECT_LE(origin, bounds.lowest[axis]);
-        EXPECT_GT(origin + grid.value().edge(), bounds.highest[axis]);
+        EXPECT_GT(origin + value_of(grid).edge(), bounds.highest[axis]);
     }
     EXPECT_EQ(snapped_grid(bounds, 1e-6).error().code, ErrorCode::usage);
-    EXPECT_EQ(snapped_grid(bounds, 1e6).value().depth, kMinBuildDepth);
+    EXPECT_EQ(value_of(snapped_grid(bounds, 1e6)).depth, kMinBuildDepth);
+}
+
+// A position at the grid's far side lies in no voxel of a grid that is chosen; in one that is given it is moved by
+// nothing.
+TEST(GridChoice, TheFarSideOfTheCubeIsOutsideOfASnappedGridAndInsideOfAGivenOne) {
+    const Bounds bounds{{0, 0, 0}, {32, 32, 32}};
+    EXPECT_EQ(value_of(snapped_grid(bounds, 1)).depth, 6);
+    EXPECT_EQ(value_of(snapped_grid({{0, 0, 0}, {30.5, 1, 1}}, 1)).depth, 5);
+    Surface corners;
+    corners.positions = {{0, 0, 0}, {32, 32, 32}};
+    GridRequest request;
+    request.like = Grid{.depth = 5, .origin = {0, 0, 0}, .voxel_size = 1};
+    EXPECT_TRUE(choose_grid(corners, bounds, {}, request, 1));
+    EXPECT_FALSE(choose_grid(corners, {{0, 0, 0}, {32.001, 32, 32}}, {}, request, 1));
+}
+
+TEST(GridChoice, AreasAreRoundedToTheNearestUnit) {
+    Surface needle; // 0.6 units of 2^-44
+    needle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1.2 * 0x1p-44, 0}};
+    needle.triangles = {{0, 1, 2}};
+    EXPECT_EQ(relative_area(needle, bounds_of(needle), 1), 0x1p-44);
 }
 
 TEST(GridChoice, AreaIsRelativeToTheEdge) {
@@ -133,13 +195,30 @@ TEST(GridChoice, NormalsChangeWithinAVoxelAsTheSurfaceIsCurved) {
 
 TEST(GridChoice, DetailGetsOneDepthMore) {
     const auto depth_of = [](const Surface &surface, const std::vector<ShortNormal> &normals) {
-        return choose_grid(surface, bounds_of(surface), normals, {}, 2).value().grid.depth;
+        return value_of(choose_grid(surface, bounds_of(surface), normals, {}, 2)).grid.depth;
     };
     std::vector<ShortNormal> normals;
     const Surface gentle = rolled(300, 400, normals);
     EXPECT_EQ(depth_of(gentle, normals), mesh_depth(bounds_of(gentle), median_edge(gentle, 2)));
     const Surface tight = rolled(300, 5, normals);
     EXPECT_EQ(depth_of(tight, normals), mesh_depth(bounds_of(tight), median_edge(tight, 2)) + 1);
+}
+
+TEST(GridChoice, FiveDegreesWithinAVoxelAreDetail) {
+    std::size_t finer = 0, asked = 0;
+    for (const double radius : {6.5, 7.0, 7.5, 8.0, 8.4, 8.8, 9.5}) {
+        std::vector<ShortNormal> normals;
+        const Surface surface = rolled(300, radius, normals);
+        const Bounds bounds = bounds_of(surface);
+        const int depth = mesh_depth(bounds, median_edge(surface, 2));
+        const double change = normal_change(surface, bounds, normals, centred_grid(bounds, depth).voxel_size, 2);
+        const int chosen = value_of(choose_grid(surface, bounds, normals, {}, 2)).grid.depth;
+        EXPECT_EQ(chosen, change > 0.0873 ? depth + 1 : depth) << radius << ": " << change;
+        finer += chosen > depth ? 1 : 0;
+        ++asked;
+    }
+    EXPECT_GT(finer, 2U);
+    EXPECT_LT(finer, asked);
 }
 
 TEST(GridChoice, PointsAtRandomGetAVoxelEdgeWithinSqrtTwoOfTheirDistance) {

@@ -2,6 +2,7 @@
 #include "pbm_build/images/triangle_texture.h"
 #include "pbm_format/model/point_values.h"
 #include "unit/build/built_models.h"
+#include "unit/support/value_of.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,7 +51,7 @@ std::vector<Point> points_of(const Model &model) {
     const Grid &grid = model.parameters.grid;
     std::vector<MortonCode> codes{0};
     for (std::size_t level = 1; level < model.levels.size(); ++level)
-        codes = *expand_level(codes, model.levels[level].masks, model.levels[level].points.size());
+        codes = value_of(expand_level(codes, model.levels[level].masks, model.levels[level].points.size()));
     const PointAttributes &attributes = model.levels.back().points;
     for (std::size_t i = 0; i < codes.size(); ++i) {
         const auto corner = morton_decode(codes[i]);
@@ -185,13 +186,15 @@ TEST(Images, ManyTexelsPerVoxelMakeTheGridFiner) {
         const bool told = std::any_of(said.attributes.begin(), said.attributes.end(), [](const AttributeReport &line) {
             return line.name == "depth" && line.note.find("texels") != std::string::npos;
         });
-        EXPECT_EQ(told, model.parameters.grid.depth > kMinMeshDepth);
+        EXPECT_EQ(told, model.parameters.grid.depth > 8);
         return model.parameters.grid.depth;
     };
-    EXPECT_EQ(depth_with(256), kMinMeshDepth);
-    EXPECT_EQ(depth_with(700), kMinMeshDepth + 1);
-    EXPECT_EQ(depth_with(1500), kMinMeshDepth + 2);
-    EXPECT_EQ(depth_with(4000), kMinMeshDepth + 2);
+    EXPECT_EQ(depth_with(256), 8);
+    EXPECT_EQ(depth_with(500), 8); // 3.8 texels in a voxel
+    EXPECT_EQ(depth_with(540), 9); // 4.4
+    EXPECT_EQ(depth_with(700), 9);
+    EXPECT_EQ(depth_with(1500), 10);
+    EXPECT_EQ(depth_with(4000), 10);
 }
 
 TEST(Images, TransparentTexelsCutHoles) {

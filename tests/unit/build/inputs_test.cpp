@@ -1,6 +1,7 @@
 // Several inputs: merged, scaled, shifted, and voxelized on the grid of another file.
 #include "pbm_build/surface/merge_surfaces.h"
 #include "unit/build/built_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -46,7 +47,7 @@ Surface cloud(glm::dvec3 centre, unsigned count = 2000) {
 std::size_t point_at(const Model &model, glm::dvec3 place) {
     std::vector<MortonCode> codes{0};
     for (std::size_t level = 1; level < model.levels.size(); ++level)
-        codes = *expand_level(codes, model.levels[level].masks, model.levels[level].points.size());
+        codes = value_of(expand_level(codes, model.levels[level].masks, model.levels[level].points.size()));
     const Grid &grid = model.parameters.grid;
     std::array<std::uint32_t, 3> voxel{};
     for (int axis = 0; axis < 3; ++axis)

@@ -2,6 +2,7 @@
 #include "pbm_build/mesh_repair/repair_mesh.h"
 #include "unit/build/built_models.h"
 #include "unit/build/small_meshes.h"
+#include "unit/support/value_of.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -260,12 +261,12 @@ TEST(DropParts, PartsOfFewFacesAreDroppedUnlessNothingWouldBeLeft) {
 }
 
 TEST(DropParts, SizesArePercentagesOrFaces) {
-    EXPECT_EQ(parse_part_size("1.5%").value().percent, 1.5);
-    EXPECT_EQ(parse_part_size("200").value().faces, 200U);
+    EXPECT_EQ(value_of(parse_part_size("1.5%")).percent, 1.5);
+    EXPECT_EQ(value_of(parse_part_size("200")).faces, 200U);
     for (const char *text : {"", "%", "0", "0%", "-1", "101%", "nan%", "1.5", "2 %", "2%%", "1e400%"})
         EXPECT_FALSE(parse_part_size(text).ok()) << text;
     for (const char *text : {"1.5%", "200"})
-        EXPECT_EQ(to_text(parse_part_size(text).value()), text);
+        EXPECT_EQ(to_text(value_of(parse_part_size(text))), text);
 }
 
 TEST(MeshRepair, BuiltModelsDoNotDependOnTheOrderOfFacesAndVertices) {

@@ -161,7 +161,7 @@ Bytes outliers_of_all(const std::vector<LatticePoint> &points) {
         for (const NearPoint &p : near[i])
             theirs.push_back(spacing[p.point]);
         const auto own = static_cast<double>(spacing[i]);
-        outliers.push_back(own > kOutlierFactor * median(theirs) && own > kOutlierFactor * usual ? 1 : 0);
+        outliers.push_back(own > 4 * median(theirs) && own > 4 * usual ? 1 : 0);
     }
     return outliers;
 }

@@ -43,23 +43,12 @@ struct Places {
     std::vector<float> x, y, z;
 };
 
-// Gradients by the low four bits of a hash: the twelve edge directions of a cube, four of them twice.
-constexpr std::array<std::array<float, 3>, 16> kEdges{{{1, 1, 0},
-                                                       {-1, 1, 0},
-                                                       {1, -1, 0},
-                                                       {-1, -1, 0},
-                                                       {1, 0, 1},
-                                                       {-1, 0, 1},
-                                                       {1, 0, -1},
-                                                       {-1, 0, -1},
-                                                       {0, 1, 1},
-                                                       {0, -1, 1},
-                                                       {0, 1, -1},
-                                                       {0, -1, -1},
-                                                       {1, 1, 0},
-                                                       {0, -1, 1},
-                                                       {-1, 1, 0},
-                                                       {0, -1, -1}}};
+// Perlin's own gradient: by the low four bits of a hash one of the twelve edge directions of a cube, times (x, y, z).
+float gradient(int hash, float x, float y, float z) {
+    const int h = hash & 15;
+    const float u = h < 8 ? x : y, v = h < 4 ? y : h == 12 || h == 14 ? x : z;
+    return ((h & 1) == 0 ? u : -u) + ((h & 2) == 0 ? v : -v);
+}
 
 float fade(float t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 float mix(float t, float a, float b) { return a + t * (b - a); }
@@ -73,9 +62,7 @@ float perlin_noise(const Permutation &permutation, const std::array<float, 3> &p
     const auto slope = [&](int i, int j, int k) {
         const int hash =
             p(p(p(static_cast<int>(floor_x) + i) + static_cast<int>(floor_y) + j) + static_cast<int>(floor_z) + k);
-        const auto &edge = kEdges[static_cast<std::size_t>(hash & 15)];
-        return edge[0] * (x - static_cast<float>(i)) + edge[1] * (y - static_cast<float>(j)) +
-               edge[2] * (z - static_cast<float>(k));
+        return gradient(hash, x - static_cast<float>(i), y - static_cast<float>(j), z - static_cast<float>(k));
     };
     const auto layer = [&](int k) {
         return mix(v, mix(u, slope(0, 0, k), slope(1, 0, k)), mix(u, slope(0, 1, k), slope(1, 1, k)));
@@ -83,15 +70,19 @@ float perlin_noise(const Permutation &permutation, const std::array<float, 3> &p
     return mix(w, layer(0), layer(1));
 }
 
-// The rotation and shift between octaves: docs/reference/solid-textures.md.
+// Between octaves: twice the rotation by the quaternion (3, 1, 2, -1), whose squared length is 15, and a shift;
+// docs/reference/solid-textures.md.
 std::array<float, 3> next_octave(const std::array<float, 3> &place) {
-    constexpr std::array<std::array<float, 3>, 3> kTurn{{{10.0F / 15, 20.0F / 15, 20.0F / 15},
-                                                         {-4.0F / 15, 22.0F / 15, -20.0F / 15},
-                                                         {-28.0F / 15, 4.0F / 15, 10.0F / 15}}};
+    constexpr float w = 3, x = 1, y = 2, z = -1;
+    constexpr std::array<std::array<float, 3>, 3> kRotation{
+        {{w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)},
+         {2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)},
+         {2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z}}};
     constexpr std::array<float, 3> kShift{12.71F, 31.37F, 23.93F};
     std::array<float, 3> next{};
     for (std::size_t row = 0; row < 3; ++row)
-        next[row] = kTurn[row][0] * place[0] + kTurn[row][1] * place[1] + kTurn[row][2] * place[2] + kShift[row];
+        next[row] = 2 * kRotation[row][0] / 15 * place[0] + 2 * kRotation[row][1] / 15 * place[1] +
+                    2 * kRotation[row][2] / 15 * place[2] + kShift[row];
     return next;
 }
 
@@ -129,11 +120,8 @@ TEST(Noise, IsPerlins) {
     for (int corner = 0; corner < 8; ++corner) {
         const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
         const auto p = [](int at) { return static_cast<int>(kPerlins[static_cast<std::size_t>(at & 255)]); };
-        const int hash = p(p(p(i) + j) + k) & 15;
-        const auto &edge = kEdges[static_cast<std::size_t>(hash)];
-        mean += (static_cast<double>(edge[0]) * (0.5 - i) + static_cast<double>(edge[1]) * (0.5 - j) +
-                 static_cast<double>(edge[2]) * (0.5 - k)) /
-                8;
+        const auto away = [](int at) { return 0.5F - static_cast<float>(at); };
+        mean += static_cast<double>(gradient(p(p(p(i) + j) + k), away(i), away(j), away(k))) / 8;
     }
     EXPECT_NEAR(noise_at(noise, 0.5F, 0.5F, 0.5F), mean, 1e-6);
     EXPECT_NEAR(noise_at(noise, 256.5F, -255.5F, 512.5F), mean, 1e-6); // the noise repeats, also in negative cells

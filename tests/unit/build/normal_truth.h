@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_build/normals/estimate_normals.h"
+#include "unit/support/value_of.h"
 
 #include <glm/trigonometric.hpp>
 
@@ -35,7 +36,7 @@ struct Score {
 inline Score score(const std::string &name, const Truth &truth, const build::PointRequest &request = {}) {
     build::Surface points = truth.points;
     build::BuildStatistics statistics;
-    const build::VertexNormals found = build::estimate_normals(points, request, 2, statistics).value();
+    const build::VertexNormals found = value_of(build::estimate_normals(points, request, 2, statistics));
     Score score;
     const double share = 1.0 / static_cast<double>(truth.normals.size());
     for (std::size_t i = 0; i < truth.normals.size(); ++i) {

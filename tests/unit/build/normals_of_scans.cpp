@@ -3,6 +3,7 @@
 #include "pbm_build/surface/vertex_normals.h"
 #include "pbm_scan/surface_reader.h"
 #include "unit/build/normal_truth.h"
+#include "unit/support/value_of.h"
 
 #include <array>
 #include <exception>
@@ -31,7 +32,7 @@ bool is_good(const std::string &path) {
     if (!surface->triangles.empty())
         surface->normals.clear();
     surface->crease_angle = glm::radians(180.0); // one normal per vertex
-    const VertexNormals normals = vertex_normals(*surface, 2).value();
+    const VertexNormals normals = value_of(vertex_normals(*surface, 2));
     Truth truth;
     for (std::size_t i = 0; i < normals.normals.size(); ++i)
         if (!is_zero(normals.normals[i]))

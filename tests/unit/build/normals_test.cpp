@@ -2,6 +2,7 @@
 #include "pbm-sample/ammonite/ammonite.h"
 #include "pbm_scan/surface_reader.h"
 #include "unit/build/normal_truth.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -253,7 +254,7 @@ bool is_turned(const Truth &truth, const PointRequest &request = {}) {
     for (const glm::dvec3 &n : truth.normals)
         points.normals.emplace_back(n);
     BuildStatistics statistics;
-    const VertexNormals found = estimate_normals(points, request, 2, statistics).value();
+    const VertexNormals found = value_of(estimate_normals(points, request, 2, statistics));
     const bool said = std::any_of(statistics.attributes.begin(), statistics.attributes.end(),
                                   [](const AttributeReport &line) { return line.warning == Warning::turned_normals; });
     for (std::size_t i = 0; i < truth.normals.size(); ++i) {
@@ -302,7 +303,7 @@ TEST(EstimateNormals, TheAmmonite) {
         surface.triangles.emplace_back(t[0], t[1], t[2]);
     Truth truth;
     surface.crease_angle = glm::radians(180.0); // one normal per vertex
-    const VertexNormals normals = vertex_normals(surface, 2).value();
+    const VertexNormals normals = value_of(vertex_normals(surface, 2));
     for (std::size_t i = 0; i < normals.normals.size(); ++i)
         truth.add(surface.positions[i],
                   glm::dvec3(normals.normals[i][0], normals.normals[i][1], normals.normals[i][2]) / kNormalScale);

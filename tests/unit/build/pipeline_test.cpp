@@ -1,5 +1,6 @@
 #include "pbm_build/voxels/hit_store.h"
 #include "unit/build/built_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -94,7 +95,7 @@ BuildOptions at_depth(int depth, int threads = 2) {
 std::vector<std::array<std::uint32_t, 3>> voxels_of(const Model &model) {
     std::vector<MortonCode> codes{0};
     for (std::size_t level = 1; level < model.levels.size(); ++level)
-        codes = *expand_level(codes, model.levels[level].masks, model.levels[level].points.size());
+        codes = value_of(expand_level(codes, model.levels[level].masks, model.levels[level].points.size()));
     std::vector<std::array<std::uint32_t, 3>> voxels;
     voxels.reserve(codes.size());
     for (const MortonCode code : codes)
@@ -349,7 +350,7 @@ TEST(Pipeline, OutliersAreCountedAndStaySmallOrAreDroppedBeforeTheGridIsChosen) 
     EXPECT_EQ(statistics.attributes.front().name, "outliers");
     EXPECT_EQ(statistics.attributes.front().note.rfind("1 point far from all others", 0), 0U);
     EXPECT_EQ(statistics.attributes.front().fate, AttributeReport::Fate::kept);
-    Bytes radii = kept.value().levels.back().points.radii; // the outlier is the last voxel
+    Bytes radii = value_of(kept).levels.back().points.radii; // the outlier is the last voxel
     const std::uint8_t of_outlier = radii.back();
     std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
     EXPECT_LE(of_outlier, radii[radii.size() / 2] + 12) << "more than twice the median";
@@ -359,8 +360,8 @@ TEST(Pipeline, OutliersAreCountedAndStaySmallOrAreDroppedBeforeTheGridIsChosen) 
     const Result<Model> model = build_model(surface, options, dropped);
     ASSERT_TRUE(model.ok());
     EXPECT_EQ(dropped.attributes.front().fate, AttributeReport::Fate::dropped);
-    EXPECT_EQ(model.value().parameters.grid.edge(), edge);
-    EXPECT_NE(model.value().metadata.find("\"remove_outliers\":true"), std::string::npos);
+    EXPECT_EQ(value_of(model).parameters.grid.edge(), edge);
+    EXPECT_NE(value_of(model).metadata.find("\"remove_outliers\":true"), std::string::npos);
 }
 
 TEST(Pipeline, PointsOfUtmSizeKeepTheirPrecision) {
@@ -572,7 +573,7 @@ TEST(Pipeline, TheUpAxisIsFoundAndReportedUnlessItIsGiven) {
             p = {p.x / 10, p.y / 10, 1};
     const auto built_with = [&](const BuildOptions &options) {
         BuildStatistics statistics;
-        const Model model = build_model(pyramid, options, statistics).value();
+        const Model model = value_of(build_model(pyramid, options, statistics));
         const bool is_reported =
             std::ranges::any_of(statistics.attributes, [](const auto &line) { return line.name == "up axis"; });
         EXPECT_EQ(is_reported, !options.grid.up && !options.grid.like);
@@ -595,7 +596,7 @@ TEST(Pipeline, LooseVerticesAreReportedAndRefusedIfStrict) {
     BuildStatistics statistics;
     const Result<Model> model = build_model(surface, at_depth(5), statistics);
     ASSERT_TRUE(model.ok());
-    EXPECT_LT(model.value().parameters.grid.edge(), 2.1);
+    EXPECT_LT(value_of(model).parameters.grid.edge(), 2.1);
     ASSERT_EQ(statistics.attributes.size(), 1U);
     EXPECT_EQ(statistics.attributes[0].fate, AttributeReport::Fate::dropped);
     BuildOptions strict = at_depth(5);

@@ -4,6 +4,7 @@
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/reading/reader.h"
 #include "unit/build/built_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -119,12 +120,12 @@ TEST(LightRequest, EverySetFitsEveryUpAxis) {
 TEST(LightRequest, PlacesInTheModelAreCountedFromTheGridsCorner) {
     const std::array<MortonCode, 2> corners{0, 511};
     const ModelFrame frame = frame_of({.depth = 3, .origin = {10, 20, 30}, .voxel_size = 1}, corners);
-    const Light point = place(*read_light("point,position=11,22,33"), frame);
+    const Light point = place(value_of(read_light("point,position=11,22,33")), frame);
     EXPECT_EQ(point.position, (std::array<float, 3>{1, 2, 3}));
-    const Light spot = place(*read_light("spot,position=14,24,40,target=14,24,34"), frame);
+    const Light spot = place(value_of(read_light("spot,position=14,24,40,target=14,24,34")), frame);
     EXPECT_EQ(spot.direction, (std::array<float, 3>{0, 0, -1}));
     EXPECT_TRUE(lights_nothing(spot, frame).empty());
-    const Light away = place(*read_light("spot,position=14,24,50,direction=0,0,1"), frame);
+    const Light away = place(value_of(read_light("spot,position=14,24,50,direction=0,0,1")), frame);
     EXPECT_FALSE(lights_nothing(away, frame).empty());
 }
 
@@ -200,7 +201,7 @@ TEST(Scene, TheGroundTouchesTheLowestPoint) {
 // Each shadow map casts four rays per ground texel, so there are at most 4 * maps + 1 values.
 std::size_t values_on_the_ground(double light_size, std::optional<int> maps) {
     SceneRequest scene;
-    scene.lights.push_back(read_light("directional,direction=0,-1,0,size=" + std::to_string(light_size)).value());
+    scene.lights.push_back(value_of(read_light("directional,direction=0,-1,0,size=" + std::to_string(light_size))));
     scene.shadows = {.bits = {}, .maps = maps};
     scene.ground.emplace();
     scene.ground->texels = 512;
@@ -223,14 +224,15 @@ TEST(Scene, MaterialsReplaceThoseOfTheScan) {
     two.materials[1].ka = 0.5F;
     two.material_ids = {0, 0, 0, 0, 1, 1, 1, 1};
     SceneRequest scene;
-    scene.materials = {*read_material("gold")};
+    scene.materials = {value_of(read_material("gold"))};
     const Model one = built(two, at_depth(6, scene));
     EXPECT_EQ(one.parameters.materials.size(), 1U);
     EXPECT_FALSE(one.parameters.attributes.material);
     EXPECT_EQ(one.parameters.materials[0].environment, 0.3F);
     EXPECT_NE(one.parameters.attributes.colour, ColourFormat::none) << "colours stay";
 
-    scene.materials = {*read_material("gold"), *read_material("clay"), *read_material("mirror")};
+    scene.materials = {value_of(read_material("gold")), value_of(read_material("clay")),
+                       value_of(read_material("mirror"))};
     BuildStatistics said;
     const Model both = built(two, at_depth(6, scene), &said);
     EXPECT_EQ(both.parameters.materials.size(), 2U);
@@ -248,7 +250,7 @@ TEST(Scene, PointColoursAndMaterialsCanBeIgnored) {
     const Model grey = built(coloured, at_depth(6, scene));
     EXPECT_EQ(grey.parameters.attributes.colour, ColourFormat::none);
     EXPECT_EQ(grey.parameters.materials, std::vector<Material>(1));
-    scene.default_material = *read_material("legacy");
+    scene.default_material = value_of(read_material("legacy"));
     const Model legacy = built(coloured, at_depth(6, scene));
     EXPECT_EQ(legacy.parameters.materials[0].ka, 1.0F);
     EXPECT_EQ(legacy.parameters.materials[0].kd, 0.0F);

@@ -9,12 +9,14 @@
 #include "pbm_build/voxels/triangle_mix.h"
 #include "pbm_build/voxels/triangle_voxels.h"
 #include "pbm_build/voxels/voxelize.h"
+#include "pbm_format/hashes/hash.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
 #include <algorithm>
 #include <bit>
+#include <map>
 #include <random>
 #include <set>
 
@@ -31,6 +33,52 @@ VoxelSums sums_of(const std::vector<Sample> &samples) {
         sums.add_rest(sample.rest);
     }
     return sums;
+}
+
+// BVG.md has no rule for it: voxel_sums.h says that half of the votes suffice.
+TEST(VoxelSums, HalfOfTheVotesMakeAVoxelTwoSided) {
+    const std::array<std::int32_t, 3> up{0, 0, static_cast<std::int32_t>(kNormalScale)};
+    const auto is_two_sided = [&](int two_sided, int one_sided) {
+        VoxelSums sums;
+        for (int i = 0; i < two_sided + one_sided; ++i)
+            sums.add_normal(up, i < two_sided);
+        return (mean_normal(sums) & kTwoSidedBit) != 0;
+    };
+    EXPECT_FALSE(is_two_sided(0, 1));
+    EXPECT_TRUE(is_two_sided(1, 0));
+    EXPECT_TRUE(is_two_sided(1, 1));
+    EXPECT_FALSE(is_two_sided(1, 2));
+    EXPECT_TRUE(is_two_sided(2, 2));
+    EXPECT_FALSE(is_two_sided(2, 3));
+}
+
+TEST(VoxelSums, AWallIsThinIfItsNormalsCancelToLessThanHalf) {
+    const auto scale = static_cast<std::int32_t>(kNormalScale);
+    const auto is_thin = [&](int up, int down, std::int32_t more) {
+        VoxelSums sums;
+        for (int i = 0; i < up + down; ++i)
+            sums.add_normal({0, 0, i < up ? scale : -scale}, false);
+        sums.normal[2] += more;
+        return sums.is_thin();
+    };
+    EXPECT_FALSE(is_thin(1, 0, 0));
+    EXPECT_TRUE(is_thin(1, 1, 0));
+    EXPECT_FALSE(is_thin(3, 1, 0)) << "the sum is exactly half of the votes";
+    EXPECT_TRUE(is_thin(3, 1, -1));
+}
+
+// 10 is the largest linear value nearest to sRGB 0: BVG.md 6.3.3.
+TEST(VoxelSums, MeanColoursRoundHalvesUp) {
+    const auto mean = [](std::uint64_t sum, std::uint32_t samples) {
+        VoxelSums sums;
+        sums.colour = {sum, sum, sum};
+        sums.samples = samples;
+        return sums.mean_colour();
+    };
+    EXPECT_EQ(mean(20, 2), (Rgb8{0, 0, 0}));
+    EXPECT_EQ(mean(21, 2), (Rgb8{1, 1, 1}));
+    EXPECT_EQ(mean(31, 3), (Rgb8{0, 0, 0}));
+    EXPECT_EQ(mean(32, 3), (Rgb8{1, 1, 1}));
 }
 
 std::uint16_t mean_normal_of(const std::vector<Sample> &samples) {
@@ -446,6 +494,59 @@ TEST(SplatRadius, PointsCoverTheirCell) {
         EXPECT_GE(radius, cell * 1.099);
         EXPECT_LE(radius, (inside ? cell * 1.1 * 1.5 : std::hypot(3, 4)) * 1.26);
     }
+}
+
+// From three voxels on each index is a class: rounding up to a class hides a smaller overlap no longer.
+TEST(SplatRadius, SplatsReachATenthFartherThanTheirCell) {
+    constexpr int kDepth = 8, kApart = 8;
+    Voxels voxels;
+    for (std::uint32_t y = 0; y < 15; ++y)
+        for (std::uint32_t x = 0; x < 15; ++x)
+            voxels.codes.push_back(morton_encode(kApart * x, kApart * y, 100));
+    std::sort(voxels.codes.begin(), voxels.codes.end());
+    voxels.points.resize(voxels.codes.size(), {});
+    std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
+    radii_from_neighbours(voxels, kDepth, 2);
+    const std::uint8_t expected = radius_index(1.1 * kApart * std::sqrt(0.5) / (1 << kDepth));
+    ASSERT_GT(expected, radius_index(kApart * std::sqrt(0.5) / (1 << kDepth)));
+    for (std::size_t i = 0; i < voxels.codes.size(); ++i)
+        if (const auto v = morton_decode(voxels.codes[i]);
+            std::min(v[0], v[1]) > kApart && std::max(v[0], v[1]) < 13 * kApart) {
+            EXPECT_EQ(voxels.points.radii[i], expected);
+        }
+}
+
+// The same for every compiler and machine. The scan has what the constants of the radii are for: sparse and dense
+// parts, a fold, a hole, a thin wall, borders and stray points.
+TEST(SplatRadius, HasItsGoldenBytes) {
+    constexpr int kDepth = 8;
+    std::mt19937 random(5);
+    std::map<MortonCode, std::uint16_t> points;
+    const auto add = [&](std::uint32_t x, std::uint32_t y, double z, double nx, double nz) {
+        points[morton_encode(x, y, static_cast<std::uint32_t>(z))] = quantise_normal(nx, 0, nz);
+    };
+    for (std::uint32_t y = 0; y < 200; ++y)
+        for (std::uint32_t x = 0; x < 200; ++x) {
+            const double away = std::hypot(x - 60.0, y - 140.0);
+            if (random() % (1 + y / 12) != 0 || away < 14 || (away < 30 && x % 5 != 0))
+                continue;
+            const double slope = x < 100 ? 0.5 : -0.8;
+            add(x, y, 90 + slope * (x - 100.0), -slope, 1);
+            if (x > 150 && y < 60)
+                add(x, y, 88 + slope * (x - 100.0), slope, -1);
+        }
+    for (int i = 0; i < 20; ++i) {
+        const auto x = static_cast<std::uint32_t>(random() % 256), y = static_cast<std::uint32_t>(random() % 256);
+        add(x, y, 200 + static_cast<double>(random() % 50), 1, 1);
+    }
+    Voxels voxels;
+    voxels.points.resize(points.size(), {});
+    for (std::size_t i = 0; const auto &[code, normal] : points) {
+        voxels.codes.push_back(code);
+        voxels.points.normals[i++] = normal;
+    }
+    radii_from_neighbours(voxels, kDepth, 2);
+    EXPECT_EQ(hash64(voxels.points.radii), 1237438278494964073U);
 }
 
 // Points of the plane z = 100, three voxels apart, without those in a hole; `made`: with a made point in each voxel

@@ -3,6 +3,7 @@
 #include "pbm_build/winding/wind_faces.h"
 #include "unit/build/built_models.h"
 #include "unit/build/small_meshes.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -244,7 +245,7 @@ TEST(Winding, AModelIsClosedIfAllOfItIs) {
     options.grid.depth = 6;
     const auto is_closed = [&](std::vector<Surface> surfaces) {
         BuildStatistics statistics;
-        return build_model(std::move(surfaces), options, statistics).value().parameters.closed;
+        return value_of(build_model(std::move(surfaces), options, statistics)).parameters.closed;
     };
     Surface points = box({3, 0, 0});
     points.triangles.clear();

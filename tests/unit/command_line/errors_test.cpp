@@ -1,6 +1,7 @@
 // Errors as text: always one line, for any file name; with the offset, if known, and the name of the file.
 #include "command_line/command_line.h"
 #include "command_line/error_log.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -72,9 +73,9 @@ TEST(Errors, SwitchesOfTheDissertationAreRefusedOrMapped) {
         EXPECT_EQ(exit_code(refused.error().code), 1);
     }
     const std::array<OldSwitch, 1> known{{{"-IGNORE_POINT_COLOURS", "--ignore-point-colours"}}};
-    EXPECT_EQ(given({"-IGNORE_POINT_COLOURS"}, known).value().front(), "--ignore-point-colours");
+    EXPECT_EQ(value_of(given({"-IGNORE_POINT_COLOURS"}, known)).front(), "--ignore-point-colours");
     EXPECT_EQ(exit_code(given({"-IGNORE_POINT_COLOURS"}, {}).error().code), 1);
-    EXPECT_EQ(given({"--", "-SHADOW", "--json"}, {}).value(),
+    EXPECT_EQ(value_of(given({"--", "-SHADOW", "--json"}, {})),
               (std::vector<std::string>{"--json", "-SHADOW", "--"})); // after "--" come file names
 }
 

@@ -1,10 +1,13 @@
 // Help pages and suggestions.
 #include "command_line/help/help.h"
 #include "command_line/spelling.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
+#include <sstream>
 
 namespace pbm::command_line {
 namespace {
@@ -34,13 +37,13 @@ TEST(Help, ShortHelpIsPrintedAtOnce) {
     ProgramHelp help{.program = "pbm-x", .version = "1", .summary = "Does x.", .description = "", .options = {}};
     help.options.push_back(option("--one", "General"));
     help.options.push_back(option("--two", "Grid"));
-    const std::string page = help_page(help, "").value();
+    const std::string page = value_of(help_page(help, ""));
     EXPECT_EQ(page.find("Topics"), std::string::npos);
     EXPECT_LT(page.find("--two"), page.find("--one")); // General comes last
-    EXPECT_EQ(page, help_page(help, "all").value());
+    EXPECT_EQ(page, value_of(help_page(help, "all")));
     for (int i = 0; i < 30; ++i)
         help.options.push_back(option("--more-" + std::to_string(i), i < 15 ? "Grid" : "Further things"));
-    const std::string first = help_page(help, "").value();
+    const std::string first = value_of(help_page(help, ""));
     EXPECT_LE(lines(first), kPageLines);
     EXPECT_NE(first.find("\n  further-things "), std::string::npos);
     EXPECT_EQ(help_topics(help), (std::vector<std::string>{"grid", "further-things", "general"}));
@@ -49,15 +52,25 @@ TEST(Help, ShortHelpIsPrintedAtOnce) {
 TEST(Help, LongTextIsBrokenAtSpacesWithinTheColumns) {
     std::string text;
     for (int i = 0; i < 60; ++i)
-        text += "word ";
+        text += "word" + std::to_string(i) + " ";
     const ProgramHelp help{.program = "pbm-x",
                            .version = "1",
                            .summary = text,
                            .description = "",
                            .options = {option("--a-very-long-name-of-an-option", "Grid", text)}};
-    std::string page = help_page(help, "all").value();
-    for (std::size_t at = 0; at < page.size(); at = page.find('\n', at) + 1)
-        EXPECT_LT(page.find('\n', at) - at, kPageColumns);
+    const std::string page = value_of(help_page(help, "all"));
+    std::istringstream words(page);
+    std::map<std::string, int> count;
+    for (std::string word; words >> word;)
+        ++count[word];
+    for (int i = 0; i < 60; ++i)
+        EXPECT_EQ(count["word" + std::to_string(i)], 2) << "in the summary and in the option's text, unbroken";
+    std::istringstream lines_of_page(page);
+    std::size_t longest = 0;
+    for (std::string line; std::getline(lines_of_page, line);)
+        longest = std::max(longest, line.size());
+    EXPECT_LT(longest, kPageColumns);
+    EXPECT_GE(longest, kPageColumns - std::string_view(" word59").size()) << "lines are filled";
 }
 
 TEST(Help, AWrongTopicIsRefusedWithTheNearestOrAll) {

@@ -3,6 +3,7 @@
 #include "ply_points.h"
 #include "unit/build/built_models.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -56,7 +57,7 @@ Result<Bytes> exported(const Bytes &file, PlyFormat format, StreamOptions option
     Result<Reader> reader = Reader::open(file);
     if (!reader)
         return reader.error();
-    const std::uint64_t count = options.level == 0 ? 1 : (*reader->directory(options.level))->points;
+    const std::uint64_t count = options.level == 0 ? 1 : value_of(reader->directory(options.level))->points;
     const Result<PlyPoints> ply = PlyPoints::of(*reader, options.level, count, format);
     if (!ply)
         return ply.error();
@@ -150,7 +151,7 @@ TEST(Export, EveryLevelHasItsPointsInOrder) {
     for (int level = 0; level <= 7; ++level) {
         const Level &expected = model.levels[static_cast<std::size_t>(level)];
         if (level > 0)
-            codes = *expand_level(codes, expected.masks, expected.points.size());
+            codes = value_of(expand_level(codes, expected.masks, expected.points.size()));
         const auto ply = exported(file, {}, {.level = level, .threads = 2});
         ASSERT_TRUE(ply.ok()) << ply.error().message;
         const Result<Surface> points = read_surface(*ply, "", {});
@@ -188,7 +189,7 @@ TEST(Export, ADamagedChunkEndsTheStream) {
     Result<Reader> reader = Reader::open(file);
     ASSERT_TRUE(reader.ok());
     for (int level = 1; level <= 6; ++level) {
-        const std::vector<ChunkEntry> chunks = (*reader->directory(level))->chunks;
+        const std::vector<ChunkEntry> chunks = value_of(reader->directory(level))->chunks;
         for (const ChunkEntry &chunk : chunks) {
             file[chunk.offset + chunk.stored_bytes / 2] ^= 0x10;
             const auto refused = exported(file, {}, {.level = 6});

@@ -102,6 +102,18 @@ TEST(Colour, LinearTableEndsAndInverse) {
     EXPECT_EQ(linear_to_srgb(1000000), 255);
 }
 
+// BVG.md 6.3.2. There are no ties, since 255 is odd.
+TEST(Colour, EveryValuePacksToTheNearestOf5And6Bits) {
+    for (int value = 0; value < 256; ++value) {
+        const auto byte = static_cast<std::uint8_t>(value);
+        const std::uint16_t packed = pack_565({byte, byte, byte});
+        const int red = packed >> 11, green = packed >> 5 & 63, blue = packed & 31;
+        EXPECT_LE(2 * std::abs(255 * red - 31 * value), 255) << value;
+        EXPECT_LE(2 * std::abs(255 * green - 63 * value), 255) << value;
+        EXPECT_EQ(blue, red);
+    }
+}
+
 TEST(Colour, EveryPacked565SurvivesExpansion) {
     for (unsigned packed = 0; packed < 65536; ++packed)
         EXPECT_EQ(pack_565(expand_565(static_cast<std::uint16_t>(packed))), packed);
@@ -119,6 +131,9 @@ TEST(Radius, TwelveStepsAreOneOctaveAndTheLastIsTheEdge) {
         const auto index = static_cast<std::uint8_t>(i);
         EXPECT_NEAR(radius_fraction(index), std::exp2((i - 255) / 12.0), 0x1p-39);
         EXPECT_EQ(radius_index(radius_fraction(index)), index);
+        if (i < 255) {
+            EXPECT_EQ(radius_index(std::nextafter(radius_fraction(index), 1.0)), i + 1) << "what it does not cover";
+        }
     }
     EXPECT_LE(radius_fraction(kMaxFinestRadius), 0.05);
     EXPECT_GT(radius_fraction(kMaxFinestRadius + 1), 0.05);

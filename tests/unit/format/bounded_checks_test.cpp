@@ -5,6 +5,7 @@
 #include "unit/support/file_damage.h"
 #include "unit/support/file_editor.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -58,7 +59,7 @@ TEST(BoundedChecks, FindTheSameInEveryVectorWithAnyMemory) {
     for (const char *folder : {"valid", "invalid", "advised"})
         for (const auto &entry : std::filesystem::directory_iterator(
                  std::filesystem::path(PBM_SOURCE_DIR "/format_spec/vectors") / folder)) {
-            const MappedFile file = MappedFile::open(entry.path().string()).value();
+            const MappedFile file = value_of(MappedFile::open(entry.path().string()));
             expect_same_with_any_memory(file.bytes(), entry.path().filename().string());
         }
 }
@@ -71,7 +72,7 @@ Model large_model() {
 }
 
 Bytes in_small_chunks(const Model &model, Storage storage = Storage::packed) {
-    return encode_model(model, {.storage = storage, .chunk_points = 512, .threads = 1}).value();
+    return value_of(encode_model(model, {.storage = storage, .chunk_points = 512, .threads = 1}));
 }
 
 TEST(BoundedChecks, FindTheSameInLargeModelsWithAnyMemory) {

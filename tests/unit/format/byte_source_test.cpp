@@ -4,6 +4,7 @@
 #include "pbm_format/writing/writer.h"
 #include "unit/support/network_file.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -139,7 +140,7 @@ TEST(ByteSource, SaysWhichBytesAWholeFileIsGoingToNeed) {
 const Bytes &file(Storage storage) {
     static const auto make = [](Storage of) {
         const Model model = test::sphere_model(5, test::every_attribute(ColourFormat::rgb565, 5));
-        return encode_model(model, {.storage = of, .chunk_points = 512, .threads = 1}).value();
+        return value_of(encode_model(model, {.storage = of, .chunk_points = 512, .threads = 1}));
     };
     static const Bytes packed = make(Storage::packed), mapped = make(Storage::mapped);
     return storage == Storage::packed ? packed : mapped;
@@ -152,7 +153,7 @@ TEST(SparseReader, OpensWithWhatItAsksFor) {
         const Reader reader = network.open();
         EXPECT_EQ(network.ranges(), 3U); // header, table, small sections
         EXPECT_LT(network.bytes(), 4000U);
-        const Reader whole = Reader::open(file(storage)).value();
+        const Reader whole = value_of(Reader::open(file(storage)));
         EXPECT_EQ(reader.header().content_id, whole.header().content_id);
         EXPECT_EQ(reader.metadata(), whole.metadata());
         EXPECT_EQ(reader.parameters().materials.size(), whole.parameters().materials.size());
@@ -186,8 +187,8 @@ TEST(SparseReader, TellsDamageOfTheStartAsOpenDoes) {
 // Reading a range that has not arrived is a `usage` error, not damage. The same reader loads it after it arrives.
 TEST(SparseReader, LoadsAModelRangeByRange) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
-        Reader whole = Reader::open(file(storage)).value();
-        const Model expected = load_model(whole, {.threads = 1}).value();
+        Reader whole = value_of(Reader::open(file(storage)));
+        const Model expected = value_of(load_model(whole, {.threads = 1}));
         NetworkFile network(file(storage));
         Reader reader = network.open();
         std::size_t refused = 0;
@@ -211,12 +212,12 @@ TEST(SparseReader, LoadsAModelRangeByRange) {
 TEST(SparseReader, NamesADamagedChunkAsAWholeFileDoes) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         Bytes damaged = file(storage);
-        Reader whole = Reader::open(file(storage)).value();
-        const ChunkEntry entry = whole.directory(5).value()->chunks[2];
+        Reader whole = value_of(Reader::open(file(storage)));
+        const ChunkEntry entry = value_of(whole.directory(5))->chunks[2];
         damaged[entry.offset + entry.stored_bytes / 2] ^= 1;
         const auto network = std::make_shared<SparseFile>(damaged.size());
         network->fill(0, damaged);
-        Reader reader = Reader::open(ByteSource(network)).value();
+        Reader reader = value_of(Reader::open(ByteSource(network)));
         const Result<Model> model = load_model(reader);
         ASSERT_FALSE(model);
         EXPECT_EQ(model.error().code, ErrorCode::bad_hash);

@@ -7,6 +7,7 @@
 
 #include "unit/support/file_editor.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -99,7 +100,7 @@ TEST(Catalogue, AStreamIsReadAsFarAsItIsWanted) {
 
 // Many chunks, every one of them damaged.
 Bytes damaged_chunks() {
-    test::FileEditor editor(encode_model(test::sphere_model(5, {}), {.chunk_points = 512, .threads = 1}).value());
+    test::FileEditor editor(value_of(encode_model(test::sphere_model(5, {}), {.chunk_points = 512, .threads = 1})));
     const std::size_t at = editor.section(SectionType::level_chunks, 5);
     const std::uint64_t size = editor.get<std::uint64_t>(editor.entry(SectionType::level_chunks, 5) + 32);
     for (std::size_t i = 0; i < size; i += 16)
@@ -147,7 +148,7 @@ TEST(Validation, ChunksAndSectionsAreNamed) {
 }
 
 TEST(Validation, MemoryIsBoundedByTheCaller) {
-    const Bytes file = encode_model(test::sphere_model(4, {}), {.threads = 1}).value();
+    const Bytes file = value_of(encode_model(test::sphere_model(4, {}), {.threads = 1}));
     const ValidationReport report = validate(file, {.threads = 1, .max_memory = 1000});
     ASSERT_EQ(report.total, 1U);
     EXPECT_EQ(report.findings[0].entry->name, "system.memory");

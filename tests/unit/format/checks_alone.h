@@ -7,6 +7,7 @@
 
 #include "pbm_format/container/section_encoder.h"
 #include "pbm_format/writing/writer.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -19,17 +20,16 @@ using enum SectionType;
 
 inline const Bytes &rich_file() {
     static const Bytes file =
-        encode_model(sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.3),
-                     {.compression_level = 19, .filters = false, .chunk_points = 512, .threads = 1})
-            .value();
+        value_of(encode_model(sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.3),
+                              {.compression_level = 19, .filters = false, .chunk_points = 512, .threads = 1}));
     return file;
 }
 
 // Several chunks at levels 4 and 5.
 inline const Bytes &chunks_file(Storage storage = Storage::packed) {
-    static const Bytes packed = encode_model(sphere_model(5, {}), {.chunk_points = 512, .threads = 1}).value();
+    static const Bytes packed = value_of(encode_model(sphere_model(5, {}), {.chunk_points = 512, .threads = 1}));
     static const Bytes mapped =
-        encode_model(sphere_model(5, {}), {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}).value();
+        value_of(encode_model(sphere_model(5, {}), {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}));
     return storage == Storage::packed ? packed : mapped;
 }
 
@@ -38,7 +38,7 @@ inline Model incomplete_sphere() {
     Model model = sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.3);
     std::vector<MortonCode> codes{0};
     for (std::size_t level = 1; level < model.levels.size(); ++level)
-        codes = expand_level(codes, model.levels[level].masks, 512).value();
+        codes = value_of(expand_level(codes, model.levels[level].masks, 512));
     codes.pop_back();
     const LevelMasks masks = encode_octree(codes, 3);
     for (std::size_t level = 0; level < masks.size(); ++level)
@@ -50,7 +50,7 @@ inline Model incomplete_sphere() {
 
 inline const Bytes &mapped_file() {
     static const Bytes file =
-        encode_model(incomplete_sphere(), {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}).value();
+        value_of(encode_model(incomplete_sphere(), {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}));
     return file;
 }
 
@@ -92,8 +92,9 @@ struct Directories {
     Reader reader;
     AttributeSet set;
 
-    explicit Directories(const Bytes &file) : reader(Reader::open(file).value()), set(reader.parameters().attributes) {}
-    const LevelDirectory &level(int number) { return *reader.directory(number).value(); }
+    explicit Directories(const Bytes &file)
+        : reader(value_of(Reader::open(file))), set(reader.parameters().attributes) {}
+    const LevelDirectory &level(int number) { return *value_of(reader.directory(number)); }
     // Encodes a level's directory, changes one field of one entry and decodes it.
     template <class T> Result<LevelDirectory> decode(int number, std::size_t chunk, std::size_t field, T value) {
         Bytes bytes = encode_directory(level(number), set);

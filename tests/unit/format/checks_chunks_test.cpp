@@ -14,6 +14,7 @@
 #include "pbm_format/writing/frame_encoder.h"
 #include "pbm_format/writing/raster_encoder.h"
 #include "system/files/mapped_file.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -94,11 +95,11 @@ TEST(SingleCheck, SizesOfPlanes) {
 Status decode_damaged(Filter filter, const std::function<void(Bytes &)> &damage) {
     for (const char *name : {"filtered.pbvg", "filtered-565.pbvg", "filtered-regions.pbvg"}) {
         const MappedFile file =
-            MappedFile::open(std::string(PBM_SOURCE_DIR "/format_spec/vectors/valid/") + name).value();
-        Reader reader = Reader::open(file.bytes()).value();
-        const Model model = load_model(reader, {.threads = 1}).value();
+            value_of(MappedFile::open(std::string(PBM_SOURCE_DIR "/format_spec/vectors/valid/") + name));
+        Reader reader = value_of(Reader::open(file.bytes()));
+        const Model model = value_of(load_model(reader, {.threads = 1}));
         for (int level = 1; level <= reader.depth(); ++level)
-            for (ChunkEntry entry : reader.directory(level).value()->chunks) {
+            for (ChunkEntry entry : value_of(reader.directory(level))->chunks) {
                 Bytes stored;
                 bool found = false;
                 std::size_t at = entry.offset;
@@ -147,7 +148,7 @@ TEST(SingleCheck, PlanesOfEveryFilter) {
 
 TEST(SingleCheck, AConeHoldsNoTwoSidedPoint) {
     Directories packed(chunks_file());
-    const Model model = load_model(packed.reader).value();
+    const Model model = value_of(load_model(packed.reader));
     for (const int level : {4, 5})
         for (const ChunkEntry &entry : packed.level(level).chunks) {
             const std::span<const std::uint16_t> stored =
@@ -164,6 +165,51 @@ TEST(SingleCheck, AConeHoldsNoTwoSidedPoint) {
             normals.resize(kManyNormals, normals.front()); // many normals take another code path
             EXPECT_FALSE(check_cone(normals, entry.cone, memory, 0));
         }
+}
+
+std::int64_t product_of(std::uint16_t a, std::uint16_t b) {
+    const std::span<const IntegerNormal> table = integer_normal_table();
+    std::int64_t sum = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+        sum += std::int64_t{table[a][c]} * table[b][c];
+    return sum;
+}
+
+// Cones of some axes, and one on whose border a normal lies exactly.
+std::vector<NormalCone> some_cones() {
+    std::vector<NormalCone> cones;
+    for (const std::uint16_t axis : {quantise_normal(0, 0, 1), quantise_normal(1, -2, 3)})
+        for (const int cosine : {-32767, -20000, 0, 31000, 32767})
+            cones.push_back({.axis = axis, .cosine = static_cast<std::int16_t>(cosine)});
+    for (std::uint16_t axis = 0; axis < kNormalCount; ++axis)
+        for (std::uint16_t normal = 0; normal < kNormalCount; ++normal)
+            if (const std::int64_t product = product_of(axis, normal); product > 0 && product % 32767 == 0) {
+                cones.push_back({.axis = axis, .cosine = static_cast<std::int16_t>(product / 32767)});
+                return cones;
+            }
+    return cones;
+}
+
+// Few normals are compared one by one, many through a table of all.
+TEST(SingleCheck, AConeHoldsTheSameNormalsWhetherTheyAreFewOrMany) {
+    std::size_t held = 0, at_the_limit = 0;
+    for (const NormalCone &cone : some_cones())
+        for (std::uint16_t normal = 0; normal < kNormalCount; ++normal) {
+            OutsideCone memory;
+            const std::int64_t product = product_of(cone.axis, normal), limit = std::int64_t{cone.cosine} * 32767;
+            const std::array one{normal}, two_sided{static_cast<std::uint16_t>(normal | kTwoSidedBit)};
+            ASSERT_EQ(cone_holds(cone, one, memory), product >= limit)
+                << cone.axis << " " << cone.cosine << " " << normal;
+            ASSERT_FALSE(cone_holds(cone, two_sided, memory));
+            held += product >= limit ? 1 : 0;
+            at_the_limit += product == limit ? 1 : 0;
+            if (normal % 61 == 0 || product == limit) {
+                const std::vector<std::uint16_t> many(kManyNormals, normal);
+                ASSERT_EQ(cone_holds(cone, many, memory), product >= limit) << cone.axis << " " << cone.cosine;
+            }
+        }
+    EXPECT_GT(held, 20000U);
+    EXPECT_GT(at_the_limit, 0U);
 }
 
 TEST(SingleCheck, StreamsOfMappedChunks) {
@@ -362,11 +408,11 @@ std::vector<std::size_t> frames_of(const StreamEntry &stream, std::size_t planes
 
 // Damages the magic number of each frame of each stream in turn.
 void refuse_broken_frames(const Bytes &file) {
-    Reader reader = Reader::open(file).value();
-    const Model model = load_model(reader, {.threads = 1}).value();
+    Reader reader = value_of(Reader::open(file));
+    const Model model = value_of(load_model(reader, {.threads = 1}));
     std::size_t frames = 0;
     for (int level = 1; level <= reader.depth(); ++level)
-        for (ChunkEntry entry : reader.directory(level).value()->chunks) {
+        for (ChunkEntry entry : value_of(reader.directory(level))->chunks) {
             const ByteView view = slice(file, entry.offset, entry.stored_bytes);
             Bytes stored(view.begin(), view.end());
             std::size_t start = 0;
@@ -395,10 +441,10 @@ void refuse_broken_frames(const Bytes &file) {
 TEST(SingleCheck, EveryFrameIsVerified) {
     const Model model = sphere_model(5, every_attribute(ColourFormat::rgb888, 5));
     for (const bool filters : {false, true})
-        refuse_broken_frames(encode_model(model, {.compression_level = 3, .filters = filters, .threads = 1}).value());
+        refuse_broken_frames(value_of(encode_model(model, {.compression_level = 3, .filters = filters, .threads = 1})));
     for (const char *name : {"filtered-565.pbvg", "filtered-regions.pbvg"}) {
         const MappedFile file =
-            MappedFile::open(std::string(PBM_SOURCE_DIR "/format_spec/vectors/valid/") + name).value();
+            value_of(MappedFile::open(std::string(PBM_SOURCE_DIR "/format_spec/vectors/valid/") + name));
         refuse_broken_frames({file.bytes().begin(), file.bytes().end()});
     }
 }
@@ -409,7 +455,7 @@ TEST(SingleCheck, EveryPlaneOfATileIsVerified) {
         for (std::size_t i = 0; i < std::size_t{64} * 64 * channels; ++i)
             image.texels.push_back(static_cast<std::uint8_t>(i / 64));
         const Bytes section = encode_image(image, Storage::packed, 3, 1);
-        ImageDirectory directory = decode_image_directory(section, 0).value();
+        ImageDirectory directory = value_of(decode_image_directory(section, 0));
         const std::size_t last = directory.tiles.size() - 1;
         TileEntry &tile = directory.tiles[last];
         ASSERT_EQ(tile.stream.filter, Filter::texels);

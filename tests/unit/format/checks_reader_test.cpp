@@ -8,6 +8,7 @@
 #include "pbm_format/rasters/image_section.h"
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/writing/raster_encoder.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -177,7 +178,7 @@ const Bytes &shaded_file() {
     static const Bytes file = [] {
         Model model = sphere_model(3, every_attribute(ColourFormat::rgb888, 3), 0.3);
         add_surroundings(model, 8, 8);
-        return encode_model(model, {.threads = 1}).value();
+        return value_of(encode_model(model, {.threads = 1}));
     }();
     return file;
 }
@@ -208,11 +209,11 @@ TEST(SingleCheck, ALoadedModelHasWholeRasters) {
         FileEditor(shaded_file()).get<std::uint64_t>(FileEditor(shaded_file()).entry(panorama) + 32);
     // Mip level 0 is stored last; a model does not contain the coarser ones.
     const std::size_t finest =
-        at + decode_image_directory(ByteView(shaded_file()).subspan(at, size), at).value().tiles.back().offset;
+        at + value_of(decode_image_directory(ByteView(shaded_file()).subspan(at, size), at)).tiles.back().offset;
     const auto load = [&](std::size_t byte) {
         FileEditor file(shaded_file());
         file.flip(8 * byte);
-        Reader reader = Reader::open(file.bytes()).value();
+        Reader reader = value_of(Reader::open(file.bytes()));
         return status_of(load_model(reader, {.threads = 1}));
     };
     expect_rule(load(at), "3.10.3", at);
@@ -228,14 +229,14 @@ TEST(SingleCheck, NoRasterIsDecodedThatIsLargerThanTheMemory) {
     expect_rule(verify(file.bytes(), {.threads = 1}), "3.10.12", first_tile);
     // The memory limit is checked before decoding finds the damage.
     EXPECT_EQ(verify(file.bytes(), {.threads = 1, .max_memory = 100}).error().code, ErrorCode::memory);
-    Reader whole = Reader::open(shaded_file()).value();
+    Reader whole = value_of(Reader::open(shaded_file()));
     EXPECT_EQ(load_model(whole, {.threads = 1, .max_memory = 100}).error().code, ErrorCode::memory);
     EXPECT_EQ(validate(shaded_file(), {.threads = 1, .max_memory = 100}).findings.at(0).code, ErrorCode::memory);
 }
 
 TEST(SingleCheck, CallsThatMayNotBeMadeAreRefusedInAnyBuild) {
     const Bytes &packed = shaded_file();
-    Reader reader = Reader::open(packed).value();
+    Reader reader = value_of(Reader::open(packed));
     Chunk to;
     const auto refused = [](const auto &result) { return !result && result.error().code == ErrorCode::usage; };
     EXPECT_TRUE(refused(reader.directory(0)));
@@ -248,8 +249,8 @@ TEST(SingleCheck, CallsThatMayNotBeMadeAreRefusedInAnyBuild) {
     EXPECT_TRUE(refused(reader.view_chunk(1, 0, {}, nullptr))) << "packed";
     EXPECT_TRUE(reader.load_chunk(1, 0, reader.root_chunk(), to));
 
-    const Bytes mapped = encode_model(sphere_model(3, {}), {.storage = Storage::mapped, .threads = 1}).value();
-    Reader viewed = Reader::open(mapped).value();
+    const Bytes mapped = value_of(encode_model(sphere_model(3, {}), {.storage = Storage::mapped, .threads = 1}));
+    Reader viewed = value_of(Reader::open(mapped));
     EXPECT_TRUE(refused(viewed.view_chunk(1, 0))) << "before its directory";
     ASSERT_TRUE(viewed.directory(1));
     EXPECT_TRUE(refused(viewed.load_chunk(1, 0, {}, viewed.root_chunk(), to))) << "mapped";

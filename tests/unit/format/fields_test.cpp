@@ -5,6 +5,7 @@
 #include "pbm_format/writing/model_edit.h"
 #include "pbm_format/writing/writer.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -79,8 +80,8 @@ TEST(Fields, NothingElseDependsOnThem) {
 TEST(Fields, AFilterSavesBytes) {
     const Model model = model_with_fields();
     const auto stored = [&](bool filters) {
-        const Bytes file = *encode_model(model, {.filters = filters, .chunk_points = kChunkPoints});
-        return Reader::open(file)->section(SectionType::field_values, 6)->stored_bytes;
+        const Bytes file = value_of(encode_model(model, {.filters = filters, .chunk_points = kChunkPoints}));
+        return value_of(Reader::open(file)).section(SectionType::field_values, 6)->stored_bytes;
     };
     EXPECT_LT(stored(true), stored(false));
 }

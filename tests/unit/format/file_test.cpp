@@ -7,6 +7,7 @@
 
 #include "unit/support/file_damage.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -18,12 +19,12 @@ namespace pbm {
 namespace {
 
 Bytes encode(const Model &model, const WriteOptions &options = {.compression_level = 3, .threads = 1}) {
-    return encode_model(model, options).value();
+    return value_of(encode_model(model, options));
 }
 
 Model load(ByteView file) {
-    Reader reader = Reader::open(file).value();
-    return load_model(reader, {.threads = 1}).value();
+    Reader reader = value_of(Reader::open(file));
+    return value_of(load_model(reader, {.threads = 1}));
 }
 
 const Bytes &small_file() {
@@ -72,7 +73,7 @@ TEST(File, BytesDependOnNeitherThreadsNorTheMachine) {
 
 TEST(File, ContentIdIgnoresTheCodecAndSeesEveryPoint) {
     Model model = test::sphere_model(4, test::every_attribute(ColourFormat::rgb888, 4));
-    const auto id = [](const Bytes &file) { return Reader::open(file)->header().content_id; };
+    const auto id = [](const Bytes &file) { return value_of(Reader::open(file)).header().content_id; };
     const ContentId first = id(encode(model, {.compression_level = 1}));
     EXPECT_EQ(first, id(encode(model, {.compression_level = 19})));
     model.metadata = R"({"name":"other"})";
@@ -85,14 +86,14 @@ TEST(File, ContentIdIgnoresTheCodecAndSeesEveryPoint) {
 TEST(File, ChunksLoadOneByOne) {
     const Model model = test::sphere_model(6, test::every_attribute(ColourFormat::rgb565, 6));
     const Bytes file = encode(model, {.chunk_points = 512, .threads = 1});
-    Reader reader = Reader::open(file).value();
+    Reader reader = value_of(Reader::open(file));
     const LevelDirectory &directory = **reader.directory(6);
     ASSERT_GT(directory.chunks.size(), 10U);
     std::vector<std::vector<Chunk>> levels(7);
     levels[0].push_back(reader.root_chunk());
     for (int level = 1; level <= 6; ++level) {
         const auto at = static_cast<std::size_t>(level);
-        const std::vector<ChunkEntry> &entries = (*reader.directory(level))->chunks;
+        const std::vector<ChunkEntry> &entries = value_of(reader.directory(level))->chunks;
         levels[at].resize(entries.size());
         for (std::size_t i = 0; i < entries.size(); ++i)
             ASSERT_TRUE(reader.load_chunk(level, i, levels[at - 1][entries[i].shape.parent_chunk], levels[at][i]).ok());
@@ -112,9 +113,9 @@ TEST(File, ChunksLoadOneByOne) {
 TEST(File, ACoarseLevelLoadsWithoutTheFinerOnes) {
     const Model model = test::sphere_model(6, test::every_attribute(ColourFormat::rgb888, 6));
     Bytes file = encode(model);
-    Reader reader = Reader::open(file).value();
+    Reader reader = value_of(Reader::open(file));
     file[file.size() - 1] ^= 0xFF; // damages the finest level, which is not loaded
-    const Model coarse = load_model(reader, {.max_level = 4, .threads = 1}).value();
+    const Model coarse = value_of(load_model(reader, {.max_level = 4, .threads = 1}));
     ASSERT_EQ(coarse.levels.size(), 5U);
     EXPECT_EQ(coarse.levels[4], model.levels[4]);
     EXPECT_FALSE(load_model(reader, {.max_level = 6, .threads = 1}));
@@ -122,7 +123,7 @@ TEST(File, ACoarseLevelLoadsWithoutTheFinerOnes) {
 
 TEST(File, ALevelThatNeedsMoreMemoryThanAllowedIsRefused) {
     const Bytes file = encode(test::sphere_model(6, {}));
-    Reader reader = Reader::open(file).value();
+    Reader reader = value_of(Reader::open(file));
     const Result<Model> model = load_model(reader, {.threads = 1, .max_memory = 10000});
     ASSERT_FALSE(model);
     EXPECT_EQ(model.error().code, ErrorCode::memory);

@@ -7,6 +7,7 @@
 #include "pbm_format/streams/unfilter.h"
 #include "pbm_format/writing/stream_filter.h"
 #include "pbm_format/writing/writer.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -301,12 +302,12 @@ TEST(Filters, AnOnlyChildsAverageIsItself) {
 
 TEST(Filters, FiltersMakeFilesSmallerAndChangeNothing) {
     const Model model = test::sphere_model(7, test::every_attribute(ColourFormat::rgb888, 7));
-    const Bytes with = encode_model(model, {.threads = 1}).value();
-    const Bytes without = encode_model(model, {.filters = false, .threads = 1}).value();
+    const Bytes with = value_of(encode_model(model, {.threads = 1}));
+    const Bytes without = value_of(encode_model(model, {.filters = false, .threads = 1}));
     EXPECT_LT(with.size(), without.size());
-    Reader filtered_reader = Reader::open(with).value(), plain_reader = Reader::open(without).value();
+    Reader filtered_reader = value_of(Reader::open(with)), plain_reader = value_of(Reader::open(without));
     EXPECT_EQ(filtered_reader.header().content_id, plain_reader.header().content_id);
-    EXPECT_EQ(load_model(filtered_reader)->levels, load_model(plain_reader)->levels);
+    EXPECT_EQ(value_of(load_model(filtered_reader)).levels, value_of(load_model(plain_reader)).levels);
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
 #include "system/files/mapped_file.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -52,7 +53,7 @@ std::string decoded_hash(const Model &model) {
 }
 
 void expect_contents(const std::filesystem::path &path, const Json &expected) {
-    const MappedFile file = MappedFile::open(path.string()).value();
+    const MappedFile file = value_of(MappedFile::open(path.string()));
     EXPECT_TRUE(validate(file.bytes(), {.threads = 1}).valid()) << path;
     Result<Reader> reader = Reader::open(file.bytes());
     ASSERT_TRUE(reader) << path << ": " << reader.error().message;
@@ -68,8 +69,9 @@ void expect_contents(const std::filesystem::path &path, const Json &expected) {
     const Json &chunks = expected.at("chunks");
     ASSERT_EQ(static_cast<std::size_t>(reader->depth()), chunks.size()) << path;
     for (int level = 1; level <= reader->depth(); ++level)
-        EXPECT_EQ(reader->directory(level).value()->chunks.size(), chunks[static_cast<std::size_t>(level) - 1]) << path;
-    const Model model = load_model(*reader, {.threads = 1, .fields = true}).value();
+        EXPECT_EQ(value_of(reader->directory(level))->chunks.size(), chunks[static_cast<std::size_t>(level) - 1])
+            << path;
+    const Model model = value_of(load_model(*reader, {.threads = 1, .fields = true}));
     std::vector<std::size_t> points;
     for (const Level &level : model.levels)
         points.push_back(level.points.size());

@@ -9,6 +9,7 @@
 
 #include "unit/support/file_damage.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -44,7 +45,7 @@ void expect_same_texels(const TiledImage &tiled, const Image &image) {
                 for (std::size_t c = 0; c < expected.channels; ++c)
                     ASSERT_EQ(texel[c], expected.texels[at + c]) << level << " " << x << " " << y;
             }
-        EXPECT_EQ(tiled.level_image(level, 2).value(), expected);
+        EXPECT_EQ(value_of(tiled.level_image(level, 2)), expected);
     }
 }
 
@@ -151,7 +152,7 @@ TEST(TiledImage, EveryTruncationAndEveryFlippedBitOfTheDirectoryIsRefused) {
     Bytes section = encode_image(test_image(128, 64, 3), Storage::packed, 3, 1);
     for (std::size_t bytes = 0; bytes < section.size(); ++bytes)
         EXPECT_FALSE(TiledImage::open(ByteView(section).first(bytes), 0)) << bytes;
-    const std::size_t directory_bytes = image_directory_bytes(TiledImage::open(section, 0)->grid());
+    const std::size_t directory_bytes = image_directory_bytes(value_of(TiledImage::open(section, 0)).grid());
     for (std::size_t bit = 0; bit < 8 * directory_bytes; ++bit) {
         section[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
         EXPECT_FALSE(TiledImage::open(section, 0)) << bit;
@@ -161,7 +162,7 @@ TEST(TiledImage, EveryTruncationAndEveryFlippedBitOfTheDirectoryIsRefused) {
 
 TEST(TiledImage, TilesAreStoredInTheWayThatIsSmallest) {
     const Bytes section = encode_image(test_image(256, 128, 3), Storage::packed, 3, 1);
-    const ImageDirectory directory = decode_image_directory(section, 0).value();
+    const ImageDirectory directory = value_of(decode_image_directory(section, 0));
     const StreamEntry smooth = directory.tiles[directory.grid.tile_number(0, 0, 0)].stream;
     EXPECT_EQ(smooth.filter, Filter::texels);
     EXPECT_LT(smooth.stored_bytes, kMaxTileBytes / 2);
@@ -233,14 +234,14 @@ TEST(Surroundings, SurviveTheRoundTripWithOneContentId) {
     const Model model = shaded_model(4, 64, 128);
     std::vector<ContentId> ids;
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
-        const Bytes file = encode_model(model, {.storage = storage, .threads = 2}).value();
-        Reader reader = Reader::open(file).value();
-        EXPECT_EQ(load_model(reader, {.threads = 2}).value(), model);
+        const Bytes file = value_of(encode_model(model, {.storage = storage, .threads = 2}));
+        Reader reader = value_of(Reader::open(file));
+        EXPECT_EQ(value_of(load_model(reader, {.threads = 2})), model);
         const Status status = verify(file, {.threads = 2});
         EXPECT_TRUE(status) << status.error().message;
         EXPECT_TRUE(validate(file, {.threads = 2}).valid());
         ids.push_back(reader.header().content_id);
-        const TiledImages images = read_images(reader).value();
+        const TiledImages images = value_of(read_images(reader));
         expect_same_texels(*images.panorama, model.images.panorama);
         expect_same_texels(*images.ground_texture, model.images.ground_texture);
         ASSERT_EQ(images.ground_lit.size(), 2U);
@@ -255,8 +256,8 @@ TEST(Surroundings, SurviveTheRoundTripWithOneContentId) {
              [](Model &m) { m.parameters.ground->texture->palette[9][0] ^= 1; }}) {
         Model changed = model;
         change(changed);
-        const Bytes file = encode_model(changed).value();
-        EXPECT_NE(Reader::open(file)->header().content_id, ids[0]);
+        const Bytes file = value_of(encode_model(changed));
+        EXPECT_NE(value_of(Reader::open(file)).header().content_id, ids[0]);
     }
 }
 
@@ -265,9 +266,9 @@ TEST(Surroundings, StandBehindThePointsOfAFile) {
     Model without = with;
     without.parameters.ground.reset();
     without.images = {};
-    const Bytes file = encode_model(with).value(), plain = encode_model(without).value();
+    const Bytes file = value_of(encode_model(with)), plain = value_of(encode_model(without));
     const auto finest = [](const Bytes &of) {
-        const Reader reader = Reader::open(of).value();
+        const Reader reader = value_of(Reader::open(of));
         const SectionEntry &chunks = *reader.section(SectionType::level_chunks, 3);
         return chunks.offset + chunks.stored_bytes;
     };
@@ -305,7 +306,7 @@ TEST(Surroundings, TheGroundPlaneMayHaveAMaterialOfItsOwnWithoutMaterialStream) 
     model.parameters.materials.resize(2);
     EXPECT_FALSE(encode_model(model));
     model.parameters.ground = {.centre = {}, .half_edge = 1, .material = 1, .texture = {}};
-    const Bytes file = encode_model(model).value();
+    const Bytes file = value_of(encode_model(model));
     EXPECT_TRUE(test::read_everything(file));
     model.parameters.materials.resize(3);
     EXPECT_FALSE(encode_model(model));
@@ -313,8 +314,8 @@ TEST(Surroundings, TheGroundPlaneMayHaveAMaterialOfItsOwnWithoutMaterialStream) 
 
 TEST(Damage, EveryTruncationAndFlippedBitOfRastersIsRefusedByReaderAndValidator) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
-        Bytes file = encode_model(shaded_model(2, 4, 8), {.storage = storage, .threads = 1}).value();
-        const Reader reader = Reader::open(file).value();
+        Bytes file = value_of(encode_model(shaded_model(2, 4, 8), {.storage = storage, .threads = 1}));
+        const Reader reader = value_of(Reader::open(file));
         const SectionEntry &ground = *reader.section(SectionType::ground_plane);
         const std::uint64_t first_raster = reader.section(SectionType::ground_texture)->offset;
         for (std::size_t size = first_raster; size < file.size(); size += 3)
@@ -338,8 +339,8 @@ TEST(Damage, EveryTruncationAndFlippedBitOfRastersIsRefusedByReaderAndValidator)
 
 TEST(Damage, OfRastersWithRepairedHashesFindsReaderAndValidatorInAgreement) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
-        const Bytes file = encode_model(shaded_model(2, 64, 64), {.storage = storage, .threads = 1}).value();
-        const std::size_t rasters = Reader::open(file)->section(SectionType::ground_texture)->offset;
+        const Bytes file = value_of(encode_model(shaded_model(2, 64, 64), {.storage = storage, .threads = 1}));
+        const std::size_t rasters = value_of(Reader::open(file)).section(SectionType::ground_texture)->offset;
         EXPECT_GT(test::count_refused(file, 300, [&](int round) { return round % 2 == 0 ? rasters : 128; }), 200);
     }
 }

@@ -1,3 +1,4 @@
+#include "pbm_format/levels/averages.h"
 #include "pbm_format/model/model.h"
 
 #include "unit/support/test_models.h"
@@ -6,6 +7,54 @@
 
 namespace pbm {
 namespace {
+
+std::uint16_t average_normal(const PointSums &sums) {
+    PointAttributes points;
+    points.resize(1, {});
+    average_node(1, 2, sums, {}, {&points, 0});
+    return points.normals[0];
+}
+
+// BVG.md 7.3: 4 (S . S) < (32,767 V)^2 in exact integers.
+TEST(AverageNormals, AreTwoSidedIfTheSumIsLessThanHalfAsLongAsItCanBe) {
+    for (int bits = 1; bits <= 31; ++bits)
+        for (const std::int64_t more : {-1, 0, 1}) {
+            PointSums sums;
+            sums.votes = std::uint64_t{1} << bits;
+            const std::int64_t half = std::int64_t{32767} << (bits - 1);
+            sums.normal = {0, -half - more, 0};
+            sums.moment = {0, 0, 0, half * 32767, 0, 0};
+            EXPECT_EQ((average_normal(sums) & kTwoSidedBit) != 0, more < 0) << bits << " bits of votes, " << more;
+            sums.normal = {3 * half / 5, 0, 4 * half / 5 + more * 3}; // 3, 4, 5
+            if (more != 0) {
+                EXPECT_EQ((average_normal(sums) & kTwoSidedBit) != 0, more < 0) << bits << " bits of votes, " << more;
+            }
+        }
+}
+
+// Squares of sums of many votes need more than 64 bits.
+TEST(AverageNormals, NoNumberOfVotesOverflows) {
+    for (int bits = 1; bits <= 31; ++bits)
+        for (std::int64_t tenths = 1; tenths < 20; tenths += 2) {
+            PointSums sums;
+            sums.votes = std::uint64_t{1} << bits;
+            const std::int64_t half = std::int64_t{32767} << (bits - 1);
+            sums.normal = {0, tenths * half / 10, 0};
+            sums.moment = {0, 0, 0, 1, 0, 0};
+            EXPECT_EQ((average_normal(sums) & kTwoSidedBit) != 0, tenths < 10) << bits << " bits, " << tenths;
+        }
+}
+
+// BVG.md 7.3: of equal ones the lowest.
+TEST(AverageNormals, OfEqualMomentsTheFirstAxisGivesThePlane) {
+    PointSums sums;
+    sums.votes = 2;
+    sums.two_sided = true;
+    sums.moment = {5, 2, 0, 5, 1, 1};
+    EXPECT_EQ(average_normal(sums), quantise_normal(5, 2, 0) | kTwoSidedBit);
+    sums.moment = {5, 2, 0, 6, 1, 1};
+    EXPECT_EQ(average_normal(sums), quantise_normal(2, 6, 1) | kTwoSidedBit);
+}
 
 // Two points in one node of level 1, depth 2.
 Model two_points(std::uint16_t first, std::uint16_t second) {

@@ -7,6 +7,7 @@
 
 #include "unit/support/file_damage.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -20,11 +21,11 @@ namespace pbm {
 namespace {
 
 Bytes encode(const Model &model, Storage storage, std::uint32_t chunk_points = 512) {
-    return encode_model(model, {.storage = storage, .chunk_points = chunk_points, .threads = 1}).value();
+    return value_of(encode_model(model, {.storage = storage, .chunk_points = chunk_points, .threads = 1}));
 }
 
 Reader open_with_directories(ByteView file) {
-    Reader reader = Reader::open(file).value();
+    Reader reader = value_of(Reader::open(file));
     EXPECT_TRUE(reader.directory(reader.depth()));
     return reader;
 }
@@ -39,7 +40,7 @@ const Bytes &many_chunks_file() {
 std::vector<MortonCode> codes_of_level(const Model &model, std::size_t level) {
     std::vector<MortonCode> codes{0};
     for (std::size_t next = 1; next <= level; ++next)
-        codes = expand_level(codes, model.levels[next].masks, std::size_t{1} << 24).value();
+        codes = value_of(expand_level(codes, model.levels[next].masks, std::size_t{1} << 24));
     return codes;
 }
 
@@ -48,9 +49,9 @@ TEST(MappedStorage, HoldsTheSameModelAsPacked) {
         for (const int depth : {2, 3, 5, 6}) {
             const Model model = test::sphere_model(depth, test::every_attribute(colour, depth));
             const Bytes packed = encode(model, Storage::packed), mapped = encode(model, Storage::mapped);
-            Reader reader = Reader::open(mapped).value();
-            EXPECT_EQ(reader.header().content_id, Reader::open(packed)->header().content_id);
-            EXPECT_EQ(load_model(reader, {.threads = 1}).value(), model);
+            Reader reader = value_of(Reader::open(mapped));
+            EXPECT_EQ(reader.header().content_id, value_of(Reader::open(packed)).header().content_id);
+            EXPECT_EQ(value_of(load_model(reader, {.threads = 1})), model);
             EXPECT_TRUE(test::read_everything(mapped)) << test::read_everything(mapped).error().message;
             EXPECT_TRUE(validate(mapped, {.threads = 1}).valid());
         }
@@ -59,7 +60,7 @@ TEST(MappedStorage, HoldsTheSameModelAsPacked) {
 TEST(MappedStorage, BytesDoNotDependOnThreads) {
     const Model model = test::sphere_model(6, test::every_attribute(ColourFormat::rgb888, 6));
     EXPECT_EQ(encode(model, Storage::mapped),
-              encode_model(model, {.storage = Storage::mapped, .chunk_points = 512, .threads = 8}).value());
+              value_of(encode_model(model, {.storage = Storage::mapped, .chunk_points = 512, .threads = 8})));
 }
 
 TEST(MappedStorage, StreamsLieAlignedInTheFileAndChunksOnPages) {
@@ -71,7 +72,7 @@ TEST(MappedStorage, StreamsLieAlignedInTheFileAndChunksOnPages) {
     for (int level = 1; level <= 5; ++level) {
         const auto instance = static_cast<std::uint32_t>(level);
         EXPECT_EQ(reader.section(SectionType::level_chunks, instance)->offset % 4096, 0U);
-        const ChunkView view = reader.view_chunk(level, 0).value();
+        const ChunkView view = value_of(reader.view_chunk(level, 0));
         EXPECT_EQ(place(view.masks), reader.section(SectionType::level_chunks, instance)->offset);
         EXPECT_EQ(place(view.bricks), reader.section(SectionType::level_bricks, instance)->offset);
         for (const std::ptrdiff_t at :
@@ -85,12 +86,12 @@ TEST(MappedStorage, ViewsShowWhatChunksOfAPackedFileHold) {
     const Model model = test::sphere_model(6, test::every_attribute(ColourFormat::rgb565, 6));
     const Bytes mapped = encode(model, Storage::mapped);
     const Reader reader = open_with_directories(mapped);
-    Reader again = Reader::open(mapped).value();
+    Reader again = value_of(Reader::open(mapped));
     const LevelDirectory &directory = **again.directory(6);
     const Level &finest = model.levels[6];
     for (std::size_t i = 0; i < directory.chunks.size(); ++i) {
         const ChunkEntry &entry = directory.chunks[i];
-        const ChunkView view = reader.view_chunk(6, i).value();
+        const ChunkView view = value_of(reader.view_chunk(6, i));
         const PointView expected =
             view_points(finest.points, entry.first_point, entry.shape.points, model.parameters.attributes);
         EXPECT_TRUE(std::equal(view.masks.begin(), view.masks.end(),
@@ -154,7 +155,7 @@ TEST(Bricks, AreWhatThePlainReadingOfTheOctreeGives) {
         finest[i] |= kTwoSidedBit;
     average_levels(model, 1);
     const Bytes file = encode(model, Storage::mapped);
-    Reader reader = Reader::open(file).value();
+    Reader reader = value_of(Reader::open(file));
     std::size_t two_sided = 0;
     for (int level = 1; level <= 6; ++level) {
         const auto bricks = plain_bricks(model, static_cast<std::size_t>(level));
@@ -162,7 +163,7 @@ TEST(Bricks, AreWhatThePlainReadingOfTheOctreeGives) {
         auto expected = bricks.begin();
         const LevelDirectory &directory = **reader.directory(level);
         for (std::size_t i = 0; i < directory.chunks.size(); ++i) {
-            const ChunkView view = reader.view_chunk(level, i).value();
+            const ChunkView view = value_of(reader.view_chunk(level, i));
             for (const BrickRecord &record : view.bricks) {
                 ASSERT_NE(expected, bricks.end());
                 const auto &[code, brick] = *expected++;
@@ -252,7 +253,7 @@ TEST(MappedDamage, PaddingAndBricksAreVerifiedWithoutTheirHashes) {
     for (std::uint32_t level = 1; level <= 5; ++level)
         for (const SectionType type : {SectionType::level_bricks, SectionType::level_chunks}) {
             const SectionEntry &section = *whole.section(type, level);
-            const ChunkView first = whole.view_chunk(static_cast<int>(level), 0).value();
+            const ChunkView first = value_of(whole.view_chunk(static_cast<int>(level), 0));
             // Bricks: every byte of the first record. Chunks: the padding after the masks.
             const std::uint64_t from = type == SectionType::level_bricks ? 0 : first.masks.size();
             const std::uint64_t to = type == SectionType::level_bricks ? kBrickRecordBytes : align_stream(from);
@@ -286,8 +287,8 @@ TEST(MappedDamage, AChunkIsVerifiedAtFirstTouchAndOnce) {
     const std::size_t last = file.size() - 100; // in the last chunk of level 5
     file[last] ^= 1;
     EXPECT_TRUE(reader.view_chunk(5, 0));
-    Reader other = Reader::open(file).value();
-    const std::size_t index = (*other.directory(5))->chunks.size() - 1;
+    Reader other = value_of(Reader::open(file));
+    const std::size_t index = value_of(other.directory(5))->chunks.size() - 1;
     EXPECT_EQ(reader.view_chunk(5, index).error().code, ErrorCode::bad_hash);
     file[last] ^= 1;
     EXPECT_TRUE(reader.view_chunk(5, index));
@@ -297,8 +298,8 @@ TEST(MappedDamage, AChunkIsVerifiedAtFirstTouchAndOnce) {
 
 TEST(MappedStorage, SeveralThreadsMayTouchTheSameChunks) {
     const Reader reader = open_with_directories(many_chunks_file());
-    Reader again = Reader::open(many_chunks_file()).value();
-    const std::size_t chunks = (*again.directory(5))->chunks.size();
+    Reader again = value_of(Reader::open(many_chunks_file()));
+    const std::size_t chunks = value_of(again.directory(5))->chunks.size();
     std::vector<int> verified(4 * chunks);
     parallel_for(verified.size(), 4,
                  [&](std::size_t i) { verified[i] = reader.view_chunk(5, i % chunks).ok() ? 1 : 0; });

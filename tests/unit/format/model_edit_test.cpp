@@ -8,6 +8,7 @@
 #include "system/files/file_replacement.h"
 #include "system/files/mapped_file.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -35,7 +36,7 @@ Model lit_sphere() {
     return model;
 }
 
-Bytes file_of(const Model &model, Storage storage) { return encode_model(model, {.storage = storage}).value(); }
+Bytes file_of(const Model &model, Storage storage) { return value_of(encode_model(model, {.storage = storage})); }
 
 // Sections that no edit of small sections may change.
 bool is_content(const SectionEntry &entry) { return entry.type >= SectionType::level_directory; }
@@ -45,15 +46,15 @@ class ModelEdits : public testing::TestWithParam<Storage> {};
 TEST_P(ModelEdits, ChangeSmallSectionsAndCopyAllOthers) {
     const Model model = lit_sphere();
     const Bytes file = file_of(model, GetParam());
-    const Reader before = Reader::open(file).value();
+    const Reader before = value_of(Reader::open(file));
     ModelEdit edit(before);
     edit.parameters.lights[0].intensity = {3, 2, 1};
     edit.parameters.materials[0].ka = 0.5F;
     edit.parameters.grid.unit = Unit::millimetre;
     edit.metadata = R"({"generator":"test","view":"somewhere"})";
-    const Bytes edited = edited_model(file, edit).value();
+    const Bytes edited = value_of(edited_model(file, edit));
     EXPECT_TRUE(verify(edited));
-    const Reader after = Reader::open(edited).value();
+    const Reader after = value_of(Reader::open(edited));
     EXPECT_EQ(after.parameters(), edit.parameters);
     EXPECT_EQ(after.metadata(), edit.metadata);
     EXPECT_NE(after.header().content_id, before.header().content_id);
@@ -70,13 +71,13 @@ TEST_P(ModelEdits, ChangeSmallSectionsAndCopyAllOthers) {
 
 TEST_P(ModelEdits, OfNothingGiveTheSameBytes) {
     const Bytes file = file_of(lit_sphere(), GetParam());
-    EXPECT_EQ(edited_model(file, ModelEdit(Reader::open(file).value())).value(), file);
+    EXPECT_EQ(value_of(edited_model(file, ModelEdit(value_of(Reader::open(file))))), file);
 }
 
 TEST_P(ModelEdits, AreWhatAWriterMakesOfTheEditedModel) {
     Model model = lit_sphere();
     const Bytes file = file_of(model, GetParam());
-    ModelEdit edit(Reader::open(file).value());
+    ModelEdit edit(value_of(Reader::open(file)));
     edit.parameters.lights.push_back({.kind = LightKind::spot, .position = {1, 2, 3}});
     edit.parameters.lights[1].direction = {0, 1, 0};
     const std::size_t points = model.levels.back().points.size();
@@ -84,7 +85,7 @@ TEST_P(ModelEdits, AreWhatAWriterMakesOfTheEditedModel) {
     fresh.finest[points / 2] = 0;
     fresh.ground.texels.assign(fresh.ground.texels.size(), 7);
     edit.shadows = {fresh};
-    const Bytes edited = edited_model(file, edit).value();
+    const Bytes edited = value_of(edited_model(file, edit));
     EXPECT_TRUE(verify(edited));
     model.parameters = edit.parameters;
     model.levels.back().points.shadows[1] = fresh.finest;
@@ -100,40 +101,40 @@ TEST(ModelEdit, AddsAndRemovesTheSectionOfLights) {
     const Model model = test::sphere_model(3, {});
     ASSERT_TRUE(model.parameters.lights.empty());
     const Bytes file = file_of(model, Storage::packed);
-    ModelEdit edit(Reader::open(file).value());
+    ModelEdit edit(value_of(Reader::open(file)));
     edit.parameters.lights = {{}};
-    const Bytes lit = edited_model(file, edit).value();
+    const Bytes lit = value_of(edited_model(file, edit));
     EXPECT_TRUE(verify(lit));
     edit.parameters.lights.clear();
-    EXPECT_EQ(edited_model(lit, edit).value(), file);
+    EXPECT_EQ(value_of(edited_model(lit, edit)), file);
 }
 
 TEST(ModelEdit, LeavesOutWhatThisVersionDoesNotKnow) {
     Bytes file = file_of(test::sphere_model(3, {}), Storage::packed);
-    const Reader reader = Reader::open(file).value();
+    const Reader reader = value_of(Reader::open(file));
     FileHeader header = reader.header();
     header.optional_features = 1ULL << 40;
     const Bytes head = encode_header(header);
     Bytes with_bit = file;
     std::copy(head.begin(), head.end(), with_bit.begin());
-    EXPECT_EQ(edited_model(with_bit, ModelEdit(Reader::open(with_bit).value())).value(), file);
+    EXPECT_EQ(value_of(edited_model(with_bit, ModelEdit(value_of(Reader::open(with_bit))))), file);
 }
 
 TEST(ModelEdit, KeepsWhetherTheSurfaceIsClosed) {
     Model model = test::sphere_model(3, {});
     model.parameters.closed = true;
     const Bytes file = file_of(model, Storage::packed);
-    ModelEdit edit(Reader::open(file).value());
+    ModelEdit edit(value_of(Reader::open(file)));
     edit.metadata = "{}";
     model.metadata = "{}";
-    EXPECT_EQ(edited_model(file, edit).value(), file_of(model, Storage::packed));
+    EXPECT_EQ(value_of(edited_model(file, edit)), file_of(model, Storage::packed));
     edit.parameters.closed = false;
     EXPECT_EQ(edited_model(file, edit).error().code, ErrorCode::usage);
 }
 
 TEST(ModelEdit, RefusesWhatPointsDependOn) {
     const Bytes file = file_of(lit_sphere(), Storage::packed);
-    const Reader reader = Reader::open(file).value();
+    const Reader reader = value_of(Reader::open(file));
     const auto refused = [&](const auto &change, ErrorCode code) {
         ModelEdit edit(reader);
         change(edit);
@@ -159,7 +160,7 @@ TEST(ModelEdit, RefusesWhatPointsDependOn) {
 // Every truncation and every flipped byte of the file is refused: an edit never blesses damage with new hashes.
 TEST(ModelEdit, RefusesDamagedFiles) {
     const Bytes file = file_of(test::sphere_model(2, {.colour = ColourFormat::rgb565}), Storage::packed);
-    const ModelEdit edit(Reader::open(file).value());
+    const ModelEdit edit(value_of(Reader::open(file)));
     for (std::size_t size = 0; size < file.size(); ++size)
         EXPECT_FALSE(edited_model(ByteView(file).first(size), edit)) << size;
     for (std::size_t i = 0; i < file.size(); ++i) {
@@ -178,21 +179,21 @@ class EditedFile : public testing::Test {
         std::filesystem::remove(path);
     }
     Bytes now() const {
-        const auto mapped = MappedFile::open(path).value();
+        const auto mapped = value_of(MappedFile::open(path));
         return {mapped.bytes().begin(), mapped.bytes().end()};
     }
 
     const std::string path = testing::TempDir() + "model_edit_test.pbvg";
     const Bytes file = file_of(test::sphere_model(3, {}), Storage::packed);
     const ByteView header = ByteView(file).first(kHeaderBytes);
-    ModelEdit edit{Reader::open(file).value()};
+    ModelEdit edit{value_of(Reader::open(file))};
 };
 
 TEST_F(EditedFile, IsReplacedAndGivesItsNewHeader) {
     edit.parameters.lights = {{}};
     const auto saved = edit_model(path, header, edit);
     ASSERT_TRUE(saved) << saved.error().message;
-    EXPECT_EQ(now(), edited_model(file, edit).value());
+    EXPECT_EQ(now(), value_of(edited_model(file, edit)));
     const Bytes replaced = now();
     EXPECT_EQ(*saved, Bytes(replaced.begin(), replaced.begin() + kHeaderBytes));
     edit.parameters.lights = {};

@@ -1,6 +1,7 @@
 #include "pbm_format/model/octree.h"
 
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -25,7 +26,7 @@ std::vector<MortonCode> random_codes(int depth, std::size_t count, std::uint64_t
 std::vector<MortonCode> decode(const LevelMasks &masks) {
     std::vector<MortonCode> codes{0};
     for (std::size_t level = 1; level < masks.size(); ++level)
-        codes = expand_level(codes, masks[level], std::size_t{1} << 24).value();
+        codes = value_of(expand_level(codes, masks[level], std::size_t{1} << 24));
     return codes;
 }
 
@@ -53,6 +54,21 @@ TEST(Octree, RandomLeavesSurviveTheRoundTripAtEveryDepth) {
         const std::size_t count = depth == 1 ? 5 : 60;
         const auto codes = random_codes(depth, count, static_cast<std::uint64_t>(depth));
         EXPECT_EQ(decode(encode_octree(codes, depth)), codes);
+    }
+}
+
+// Masks are counted eight at a time, and 31 eights fill the bytes of a sum.
+TEST(Octree, ChildrenOfManyMasksAreCounted) {
+    Bytes full, random;
+    test::Random numbers(4);
+    std::uint64_t children = 0;
+    for (std::size_t masks = 0; masks <= 1000; ++masks) {
+        ASSERT_EQ(count_children(full), 8 * masks);
+        ASSERT_EQ(count_children(random), children) << masks;
+        full.push_back(0xFF);
+        random.push_back(static_cast<std::uint8_t>(numbers.below(256)));
+        for (unsigned bit = 0; bit < 8; ++bit)
+            children += random.back() >> bit & 1U;
     }
 }
 

@@ -1,6 +1,7 @@
 // The files of format_spec/vectors: every valid one reads, every bad one is refused by the rule in its name.
 #include "system/files/mapped_file.h"
 #include "unit/support/file_damage.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -51,7 +52,7 @@ void expect_finding(const std::string &name, const Finding &finding, const Expec
 TEST(Vectors, EveryValidFileReadsAndValidates) {
     int files = 0;
     for (const auto &entry : std::filesystem::directory_iterator(kVectors / "valid")) {
-        const MappedFile file = MappedFile::open(entry.path().string()).value();
+        const MappedFile file = value_of(MappedFile::open(entry.path().string()));
         const Status status = test::read_everything(file.bytes());
         EXPECT_TRUE(status) << entry.path() << ": " << status.error().message;
         EXPECT_TRUE(validate(file.bytes(), {.threads = 1}).valid()) << entry.path();
@@ -63,10 +64,10 @@ TEST(Vectors, EveryValidFileReadsAndValidates) {
 TEST(Vectors, EveryFilterIsInUseInAValidFile) {
     std::set<Filter> used;
     for (const auto &entry : std::filesystem::directory_iterator(kVectors / "valid")) {
-        const MappedFile file = MappedFile::open(entry.path().string()).value();
-        Reader reader = Reader::open(file.bytes()).value();
+        const MappedFile file = value_of(MappedFile::open(entry.path().string()));
+        Reader reader = value_of(Reader::open(file.bytes()));
         for (int level = 1; level <= reader.depth(); ++level)
-            for (const ChunkEntry &chunk : reader.directory(level).value()->chunks)
+            for (const ChunkEntry &chunk : value_of(reader.directory(level))->chunks)
                 for (const StreamEntry &stream : chunk.streams)
                     used.insert(stream.filter);
     }
@@ -79,7 +80,7 @@ TEST(Vectors, EveryBadFileIsRefusedByTheRuleInItsNameAtItsPlaceAndByNothingElse)
     const auto table = read_table("invalid");
     EXPECT_GE(table.size(), 100U);
     for (const auto &[name, expected] : table) {
-        const MappedFile file = MappedFile::open((kVectors / "invalid" / name).string()).value();
+        const MappedFile file = value_of(MappedFile::open((kVectors / "invalid" / name).string()));
         const ValidationReport report = validate(file.bytes(), {.threads = 1});
         ASSERT_FALSE(report.valid()) << name;
         expect_finding(name, report.findings[0], expected);
@@ -98,7 +99,7 @@ TEST(Vectors, EveryBadFileIsRefusedByTheRuleInItsNameAtItsPlaceAndByNothingElse)
 
 TEST(Vectors, LowerLevelsFindWhatTheyRead) {
     for (const auto &[name, expected] : read_table("invalid")) {
-        const MappedFile file = MappedFile::open((kVectors / "invalid" / name).string()).value();
+        const MappedFile file = value_of(MappedFile::open((kVectors / "invalid" / name).string()));
         const auto report = [&](ValidationLevel level) {
             return validate(file.bytes(), {.threads = 1, .level = level});
         };
@@ -118,7 +119,7 @@ TEST(Vectors, LowerLevelsFindWhatTheyRead) {
 
 TEST(Vectors, EveryOddFileIsValidAndGetsTheAdviceInItsNameAndNoOther) {
     for (const auto &[name, expected] : read_table("advised")) {
-        const MappedFile file = MappedFile::open((kVectors / "advised" / name).string()).value();
+        const MappedFile file = value_of(MappedFile::open((kVectors / "advised" / name).string()));
         const ValidationReport report = validate(file.bytes(), {.threads = 1, .least = Severity::info});
         EXPECT_TRUE(report.valid()) << name;
         EXPECT_EQ(report.exit_code, 0) << name;

@@ -3,6 +3,7 @@
 #include "pbm_format/reading/reader.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "unit/render/surroundings_test_model.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -41,7 +42,7 @@ const Camera kCamera = look_from({1.5, 0.7, 2.5}, {0, -1.4, -2});
 
 Framebuffer fast_picture(const Model &model, const RenderOptions &options, int threads = 1, int width = 160,
                          int height = 120) {
-    const Bytes file = encode_model(model, {.storage = Storage::mapped, .chunk_points = 4096, .threads = 1}).value();
+    const Bytes file = value_of(encode_model(model, {.storage = Storage::mapped, .chunk_points = 4096, .threads = 1}));
     const WholeLevel level(file, model.parameters.grid.depth);
     Framebuffer target(width, height);
     FastRenderer(model.parameters, 4096, threads, surroundings_of(model)).render(level.runs, kCamera, options, target);
@@ -230,7 +231,7 @@ TEST(Surroundings, AreTheSameForAnyThreadsAndSimdTargets) {
 }
 
 TEST(Surroundings, PicturesWithoutDepthsShowThemToo) {
-    const Bytes file = encode_model(rich_model(), {.storage = Storage::mapped, .threads = 1}).value();
+    const Bytes file = value_of(encode_model(rich_model(), {.storage = Storage::mapped, .threads = 1}));
     const WholeLevel level(file, rich_model().parameters.grid.depth);
     FastRenderer renderer(rich_model().parameters, 65536, 1, surroundings_of(rich_model()));
     Framebuffer with(160, 120), without(160, 120, false);
@@ -309,7 +310,7 @@ TEST(LightsOfAFile, StayUnlessTheyAreToFollowTheEye) {
 // A ball shows the same picture to every eye, in every renderer; with lights that stay, one side is dark.
 TEST(LightsOfAFileWithoutLights, LightABallAlikeFromEverySide) {
     const Model model = smooth_ball(6, {});
-    const Bytes file = encode_model(model, {.storage = Storage::mapped, .chunk_points = 4096, .threads = 1}).value();
+    const Bytes file = value_of(encode_model(model, {.storage = Storage::mapped, .chunk_points = 4096, .threads = 1}));
     const WholeLevel level(file, model.parameters.grid.depth);
     ReferenceRenderer reference(model, nullptr);
     FastRenderer fast(model.parameters, 4096, 1);
@@ -345,12 +346,12 @@ TEST(LightsOfAFileWithoutLights, LightABallAlikeFromEverySide) {
 
 TEST(Surroundings, ADamagedTileIsNamedAndShownFromACoarserLevel) {
     const Model &model = rich_model();
-    Bytes file = encode_model(model, {.threads = 1}).value();
-    const Reader whole = Reader::open(file).value();
+    Bytes file = value_of(encode_model(model, {.threads = 1}));
+    const Reader whole = value_of(Reader::open(file));
     const SectionEntry &section = *whole.section(SectionType::panorama);
     file[section.offset + section.stored_bytes - 100] ^= 1; // in the last tile of the finest level: lower right
-    const Reader reader = Reader::open(file).value();
-    const auto surroundings = std::make_shared<const Surroundings>(reader.parameters(), read_images(reader).value());
+    const Reader reader = value_of(Reader::open(file));
+    const auto surroundings = std::make_shared<const Surroundings>(reader.parameters(), value_of(read_images(reader)));
     ReferenceRenderer renderer(model, surroundings);
     const Camera camera = look_from({3, -5, 5}, {3.5, -8, 8}, 1.2); // looks backwards and down
     Framebuffer damaged(200, 150);

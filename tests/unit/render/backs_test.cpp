@@ -2,6 +2,7 @@
 #include "pbm_render/camera/unit_grid.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "unit/render/fast_test_model.h"
+#include "unit/support/value_of.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -54,7 +55,7 @@ template <class IsKept> Model part_of(const Model &whole, const IsKept &is_kept)
     const auto depth = static_cast<std::size_t>(whole.parameters.grid.depth);
     std::vector<MortonCode> codes{0}, kept;
     for (std::size_t level = 1; level <= depth; ++level)
-        codes = expand_level(codes, whole.levels[level].masks, std::size_t{1} << 30).value();
+        codes = value_of(expand_level(codes, whole.levels[level].masks, std::size_t{1} << 30));
     PointAttributes points;
     for (std::size_t i = 0; i < codes.size(); ++i)
         if (is_kept(morton_decode(codes[i]))) {

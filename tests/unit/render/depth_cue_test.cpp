@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 
@@ -104,6 +105,27 @@ TEST(DepthCue, OcclusionLeavesSlopesAlone) {
     const Framebuffer slope = darkened(DepthCue::ambient_occlusion, [](int, int y) { return 100 / (1 + 0.004 * y); });
     for (int y = 8; y < kHeight - 8; ++y)
         EXPECT_GT(grey(slope, 80, y), 0xC0 - 8) << y;
+}
+
+// A wall behind an edge: each of sixteen neighbours, on rings of 1.4 and 4 pixels, that lies in front of it counts as
+// if it were 0.012 of the depth nearer, and the light is exp(-150 / 16 x their sum).
+TEST(DepthCue, EyeDomeCountsNeighboursOnTwoRings) {
+    const Framebuffer target = darkened(DepthCue::eye_dome, [](int x, int) { return x < 80 ? 100.0 : 104.0; });
+    constexpr double kLight = 0.52712; // of 0xC0, linear
+    const std::array<int, 5> nearer{6, 3, 3, 1, 0};
+    for (std::size_t k = 0; k < nearer.size(); ++k) {
+        const double light = kLight * std::exp(-150.0 / 16 * 0.012 * nearer[k]);
+        const double expected = 255 * (1.055 * std::pow(light, 1 / 2.4) - 0.055);
+        EXPECT_NEAR(grey(target, 80 + static_cast<int>(k), 60), expected, 1) << k;
+    }
+}
+
+// Beside a box, 1, 2, ... pixels from its foot. No formula gives these: they are what they were.
+TEST(DepthCue, OcclusionHasItsGoldenGreys) {
+    const Framebuffer target = darkened(DepthCue::ambient_occlusion, box);
+    constexpr std::array golden{111, 126, 147, 161, 172, 179, 185, 189, 191, 191, 192};
+    for (std::size_t k = 0; k < golden.size(); ++k)
+        EXPECT_NEAR(grey(target, 59 - static_cast<int>(k), 60), golden[k], 1) << k;
 }
 
 } // namespace

@@ -6,6 +6,7 @@
 #include "pbm_render/camera/transform_table.h"
 #include "unit/render/test_model.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -25,16 +26,16 @@ using test::Random;
 class ChosenModel {
   public:
     explicit ChosenModel(Model model, std::uint32_t chunk_points = 512)
-        : model_(std::move(model)), file_(encode_model(model_, {.chunk_points = chunk_points, .threads = 1}).value()),
-          reader_(Reader::open(file_).value()) {
+        : model_(std::move(model)), file_(value_of(encode_model(model_, {.chunk_points = chunk_points, .threads = 1}))),
+          reader_(value_of(Reader::open(file_))) {
         const std::size_t levels = model_.levels.size();
         directories_.resize(levels);
         whole_.resize(levels);
         codes_ = {{0}};
         LevelMasks masks(1);
         for (std::size_t level = 1; level < levels; ++level) {
-            directories_[level] = reader_.directory(static_cast<int>(level)).value();
-            codes_.push_back(expand_level(codes_.back(), model_.levels[level].masks, std::size_t{1} << 30).value());
+            directories_[level] = value_of(reader_.directory(static_cast<int>(level)));
+            codes_.push_back(value_of(expand_level(codes_.back(), model_.levels[level].masks, std::size_t{1} << 30)));
             masks.push_back(model_.levels[level].masks);
         }
         for (std::size_t level = 1; level < levels; ++level)

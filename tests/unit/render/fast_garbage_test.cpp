@@ -5,6 +5,7 @@
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "unit/render/fast_test_model.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -111,7 +112,7 @@ const Model &model() {
 }
 const Bytes &file() {
     static const Bytes kFile =
-        encode_model(model(), {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}).value();
+        value_of(encode_model(model(), {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}));
     return kFile;
 }
 
@@ -180,10 +181,10 @@ TEST(FastRendererGarbage, BytesMayChangeWhileTheyAreDrawn) {
     GTEST_SKIP() << "a race on purpose";
 #endif
     Bytes bytes = file();
-    StreamedModel streamed(Reader::open(bytes).value());
+    StreamedModel streamed(value_of(Reader::open(bytes)));
     FastRenderer renderer(streamed.reader().parameters(), 512, 2);
     DetailView view{.camera = test::camera_at_ball(5, 2, 60), .width = 80, .height = 60, .max_error = 3};
-    const Detail detail = streamed.load(view).value();
+    const Detail detail = value_of(streamed.load(view));
     ASSERT_FALSE(detail.runs.empty());
     const std::size_t first_chunk = streamed.reader().section(SectionType::level_directory, 1)->offset;
     std::atomic<bool> stop{false};

@@ -3,6 +3,7 @@
 
 #include "pbm_render/detail/streamed_model.h"
 #include "unit/render/fast_test_model.h"
+#include "unit/support/value_of.h"
 
 #include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
@@ -361,7 +362,7 @@ TEST(FastRenderer, ShadesAsTheReferenceDoes) {
 
 // Pictures of a file as the programs draw them: mixed levels, blocks and ellipses.
 std::vector<Pixels> pictures(const Bytes &file, int threads) {
-    StreamedModel model(Reader::open(file).value());
+    StreamedModel model(value_of(Reader::open(file)));
     const FileHeader &header = model.reader().header();
     FastRenderer renderer(model.reader().parameters(), header.chunk_points, threads);
     std::vector<Pixels> all;
@@ -376,7 +377,7 @@ std::vector<Pixels> pictures(const Bytes &file, int threads) {
         view.camera.focal_point = {0, -1, -2};
         view.camera.position = view.camera.focal_point + it.distance * glm::normalize(directions()[0]);
         view.camera.view_angle = it.angle;
-        const Detail detail = model.load(view).value();
+        const Detail detail = value_of(model.load(view));
         for (const PointRun &run : detail.runs)
             mixed |= run.level != detail.runs[0].level;
         Framebuffer target(view.width, view.height);
@@ -393,7 +394,7 @@ TEST(FastRenderer, GivesTheSamePictureForAnyThreadsFilesAndSimdTargets) {
     for (const Storage storage : {Storage::packed, Storage::mapped})
         for (const std::uint32_t chunk_points : {512U, kDefaultChunkPoints})
             files.push_back(
-                encode_model(model, {.storage = storage, .chunk_points = chunk_points, .threads = 1}).value());
+                value_of(encode_model(model, {.storage = storage, .chunk_points = chunk_points, .threads = 1})));
     // Detail levels are chosen per chunk, so another chunk size may give another picture.
     for (const std::size_t chunks : {0U, 1U}) {
         const std::vector<Pixels> expected = pictures(files[chunks], 1);

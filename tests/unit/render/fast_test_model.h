@@ -8,6 +8,7 @@
 #include "pbm_render/reference/reference_renderer.h"
 #include "unit/render/test_model.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <glm/geometric.hpp>
 
@@ -46,11 +47,11 @@ inline Model smooth_ball(int depth, const AttributeSet &set, std::size_t two_sid
 // Views of all chunks of one level of a mapped file, with surface offsets.
 class WholeLevel {
   public:
-    WholeLevel(ByteView file, int level) : reader_(Reader::open(file).value()) {
-        const LevelDirectory *directory = reader_.directory(level).value();
+    WholeLevel(ByteView file, int level) : reader_(value_of(Reader::open(file))) {
+        const LevelDirectory *directory = value_of(reader_.directory(level));
         views_.reserve(directory->chunks.size());
         for (std::size_t i = 0; i < directory->chunks.size(); ++i) {
-            views_.push_back(reader_.view_chunk(level, i).value());
+            views_.push_back(value_of(reader_.view_chunk(level, i)));
             const ChunkEntry &entry = directory->chunks[i];
             runs.push_back({.chunk = &views_[i],
                             .entry = &entry,
@@ -90,7 +91,7 @@ class WholeLevel {
 struct DrawnModel {
     explicit DrawnModel(Model m, std::uint32_t chunk_size = 4096)
         : model(std::move(m)), chunk_points(chunk_size),
-          file(encode_model(model, {.storage = Storage::mapped, .chunk_points = chunk_size, .threads = 1}).value()) {}
+          file(value_of(encode_model(model, {.storage = Storage::mapped, .chunk_points = chunk_size, .threads = 1}))) {}
 
     Framebuffer reference(const Camera &camera, int width, int height, const RenderOptions &options,
                           int level = kMaxDepth) const {

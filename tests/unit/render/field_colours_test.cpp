@@ -6,6 +6,7 @@
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -86,17 +87,17 @@ TEST(FieldColours, AStreamedModelIsDrawnLikeOneWithThatTexture) {
     Model model = sphere_model(6, {.colour = ColourFormat::rgb888});
     add_fields(model);
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
-        const Bytes file = encode_model(model, {.storage = storage, .chunk_points = 512}).value();
+        const Bytes file = value_of(encode_model(model, {.storage = storage, .chunk_points = 512}));
         for (std::size_t f = 0; f < model.parameters.fields.size(); ++f) {
             const FieldColours colours = field_colours(f, model.parameters.fields[f], {}, model.levels[4].fields[f]);
-            StreamedModel streamed(Reader::open(file).value(), {.threads = 1, .field = colours});
+            StreamedModel streamed(value_of(Reader::open(file)), {.threads = 1, .field = colours});
             const ModelParameters parameters = with_field_colours(streamed.reader().parameters(), colours);
 
             Model textured = model;
             colour_by_field(textured, colours);
             textured.parameters.fields.clear();
-            const Bytes other = encode_model(textured, {.storage = storage, .chunk_points = 512}).value();
-            StreamedModel expected(Reader::open(other).value(), {.threads = 1});
+            const Bytes other = value_of(encode_model(textured, {.storage = storage, .chunk_points = 512}));
+            StreamedModel expected(value_of(Reader::open(other)), {.threads = 1});
 
             const Camera camera = default_camera(*streamed.bounds(), UpAxis::y, 160, 120);
             const auto picture = [&](StreamedModel &shown, const ModelParameters &as) {
@@ -116,11 +117,11 @@ TEST(FieldColours, AStreamedModelIsDrawnLikeOneWithThatTexture) {
 TEST(FieldColours, ADamagedFieldIsReported) {
     Model model = sphere_model(6, {});
     add_fields(model);
-    Bytes file = encode_model(model, {.chunk_points = 512}).value();
-    const Reader reader = Reader::open(file).value();
+    Bytes file = value_of(encode_model(model, {.chunk_points = 512}));
+    const Reader reader = value_of(Reader::open(file));
     file[reader.section(SectionType::field_values, 6)->offset] ^= 1;
     const FieldColours colours = field_colours(0, model.parameters.fields[0], {}, {});
-    StreamedModel streamed(Reader::open(file).value(), {.threads = 1, .field = colours});
+    StreamedModel streamed(value_of(Reader::open(file)), {.threads = 1, .field = colours});
     const auto bounds = streamed.bounds(); // loads the six coarsest levels
     ASSERT_FALSE(bounds);
     EXPECT_EQ(bounds.error().rule, "17.5.1");

@@ -2,6 +2,7 @@
 #include "pbm_render/fine/fine_renderer.h"
 
 #include "unit/render/fast_test_model.h"
+#include "unit/support/value_of.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -19,7 +20,7 @@ using test::smooth_ball;
 struct FileOfModel {
     explicit FileOfModel(Model m)
         : model(std::move(m)),
-          bytes(encode_model(model, {.storage = Storage::mapped, .chunk_points = 4096, .threads = 1}).value()) {}
+          bytes(value_of(encode_model(model, {.storage = Storage::mapped, .chunk_points = 4096, .threads = 1}))) {}
 
     Framebuffer draw(const Camera &camera, int width, int height, const RenderOptions &options,
                      int samples = kDefaultSamples, int threads = 1) const {

@@ -4,6 +4,7 @@
 #include "pbm_render/bricks/shadow_stream.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/surroundings/texel_levels.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -33,7 +34,7 @@ Model shadowed_ball(std::uint64_t seed, std::uint8_t ground) {
 
 std::vector<Framebuffer> shadowed_pictures(const Model &model, const ShadowSource &source,
                                            const RenderOptions &options) {
-    const Bytes file = encode_model(model, {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}).value();
+    const Bytes file = value_of(encode_model(model, {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}));
     Appearance appearance(model.parameters);
     appearance.shadows[1] = source;
     std::vector<Framebuffer> pictures(3, Framebuffer(160, 120));
@@ -71,7 +72,7 @@ TEST(FreshShadows, LookAsIfTheyWereInTheFile) {
     // Fractions of another model are no reason to read beyond them.
     auto foreign = std::make_shared<LitFractions>();
     foreign->levels.assign(fresh->levels.size(), Bytes(3));
-    const Bytes file = encode_model(stored, {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}).value();
+    const Bytes file = value_of(encode_model(stored, {.storage = Storage::mapped, .chunk_points = 512, .threads = 1}));
     const WholeLevel whole(file, stored.parameters.grid.depth);
     const ShadowStream stream =
         shadow_stream(whole.runs.back(), 1, stored.parameters.attributes, {.of_file = false, .fresh = foreign});

@@ -11,6 +11,7 @@
 #include "pbm_render/reference/reference_renderer.h"
 #include "pbm_render/surroundings/surroundings.h"
 #include "system/files/mapped_file.h"
+#include "unit/support/value_of.h"
 
 #include <nlohmann/json.hpp>
 
@@ -72,9 +73,9 @@ inline Bytes coarse(const Framebuffer &picture) {
 class Scene {
   public:
     Scene(ByteView file, const Camera &camera)
-        : camera_(camera), streamed_(Reader::open(file).value(), {.threads = 1}),
-          surroundings_(std::make_shared<const Surroundings>(parameters(), read_images(streamed_.reader()).value())),
-          detail_(streamed_.load({.camera = camera, .width = kWidth, .height = kHeight, .max_error = 1}).value()) {}
+        : camera_(camera), streamed_(value_of(Reader::open(file)), {.threads = 1}),
+          surroundings_(std::make_shared<const Surroundings>(parameters(), value_of(read_images(streamed_.reader())))),
+          detail_(value_of(streamed_.load({.camera = camera, .width = kWidth, .height = kHeight, .max_error = 1}))) {}
 
     Framebuffer fast(int threads = 1) const { return draw<FastRenderer>(threads); }
     Framebuffer fine(int threads = 1) const { return draw<FineRenderer>(threads, 4); }
@@ -111,8 +112,8 @@ inline Camera camera_of(const Json &json) {
 }
 
 inline Model model_of(ByteView file) {
-    Reader reader = Reader::open(file).value();
-    return load_model(reader, {.threads = 1}).value();
+    Reader reader = value_of(Reader::open(file));
+    return value_of(load_model(reader, {.threads = 1}));
 }
 
 inline std::vector<std::filesystem::path> versions() {

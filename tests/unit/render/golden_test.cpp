@@ -1,5 +1,6 @@
 // Pictures of the golden files: every later version draws the same. format_spec/golden/README.md
 #include "unit/render/golden_pictures.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -24,7 +25,7 @@ void expect_picture(const Framebuffer &picture, const Json &expected, const std:
 }
 
 void expect_pictures(const std::filesystem::path &file, const Json &expected) {
-    const MappedFile bytes = MappedFile::open(file.string()).value();
+    const MappedFile bytes = value_of(MappedFile::open(file.string()));
     const Scene scene(bytes.bytes(), camera_of(expected.at("camera")));
     expect_picture(scene.reference(model_of(bytes.bytes())), expected.at("reference"), file.string() + ", reference");
     const Framebuffer fast = scene.fast(), fine = scene.fine();

@@ -11,6 +11,7 @@
 #include "unit/render/test_model.h"
 #include "unit/support/network_file.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -30,7 +31,7 @@ constexpr int kWidth = 160, kHeight = 120; // pixels
 // A model as a program holds it that draws whatever has arrived.
 struct ShownModel {
     explicit ShownModel(Reader reader, StreamingOptions options = {.threads = 2})
-        : images(read_images(reader).value()), model(std::move(reader), std::move(options)),
+        : images(value_of(read_images(reader))), model(std::move(reader), std::move(options)),
           surroundings(std::make_shared<const Surroundings>(model.reader().parameters(), images)),
           renderer(model.reader().parameters(), model.reader().header().chunk_points, 1, surroundings) {}
 
@@ -49,8 +50,8 @@ struct ShownModel {
 
 // Fetches the wanted ranges, a few at a time, and returns the complete picture.
 Framebuffer draw_from(NetworkFile &network, ShownModel &shown, const DetailView &view) {
-    Detail detail = shown.model.load(view).value();
-    for (; !detail.wanted.empty(); detail = shown.model.load(view).value())
+    Detail detail = value_of(shown.model.load(view));
+    for (; !detail.wanted.empty(); detail = value_of(shown.model.load(view)))
         network.fetch(std::vector(detail.wanted.begin(),
                                   detail.wanted.begin() + std::min<std::ptrdiff_t>(3, std::ssize(detail.wanted))));
     Framebuffer picture = shown.draw(detail, view.camera);
@@ -67,7 +68,7 @@ Extent bounds_from(NetworkFile &network, ShownModel &shown) {
     EXPECT_EQ(shown.model.bounds().error().code, ErrorCode::usage);
     network.fetch(shown.model.bounds_wanted());
     EXPECT_TRUE(shown.model.bounds_wanted().empty());
-    return shown.model.bounds().value();
+    return value_of(shown.model.bounds());
 }
 
 void expect_same_picture(const Framebuffer &a, const Framebuffer &b, const std::string &story) {
@@ -93,14 +94,14 @@ TEST(SparseSource, DrawsGoldenFilesAsAWholeFileDoes) {
         if (path.path().extension() == ".json")
             continue;
         const std::string name = path.path().filename().string();
-        const MappedFile file = MappedFile::open(path.path().string()).value();
+        const MappedFile file = value_of(MappedFile::open(path.path().string()));
         NetworkFile network(file.bytes());
-        ShownModel whole(Reader::open(file.bytes()).value()), sparse(network.open());
+        ShownModel whole(value_of(Reader::open(file.bytes()))), sparse(network.open());
         const Extent bounds = bounds_from(network, sparse);
-        EXPECT_EQ(bounds.corners, whole.model.bounds().value().corners);
+        EXPECT_EQ(bounds.corners, value_of(whole.model.bounds()).corners);
         for (int level = 1; level <= whole.model.reader().depth(); ++level) {
             const DetailView view = view_of(bounds, whole.model.reader().parameters().grid.up, level);
-            const Framebuffer expected = whole.draw(whole.model.load(view).value(), view.camera);
+            const Framebuffer expected = whole.draw(value_of(whole.model.load(view)), view.camera);
             const Framebuffer picture = draw_from(network, sparse, view);
             expect_same_picture(expected, picture, name + ", level " + std::to_string(level));
         }
@@ -119,8 +120,8 @@ TEST(SparseSource, IsDrawnByTheReferenceRenderer) {
         for (const auto &file : std::filesystem::directory_iterator(PBM_SOURCE_DIR "/format_spec/golden/1.0"))
             if (file.path().stem() == name)
                 path = file.path();
-        const MappedFile file = MappedFile::open(path.string()).value();
-        Reader whole = Reader::open(file.bytes()).value();
+        const MappedFile file = value_of(MappedFile::open(path.string()));
+        Reader whole = value_of(Reader::open(file.bytes()));
         NetworkFile network(file.bytes());
         Reader sparse = network.open();
         for (const int level : {1, whole.depth()}) {
@@ -135,7 +136,7 @@ TEST(SparseSource, IsDrawnByTheReferenceRenderer) {
                         network.fetch(FileRange{entry->offset, entry->stored_bytes});
             for (const SectionEntry *raster : rasters(sparse))
                 network.fetch(FileRange{raster->offset, raster->stored_bytes});
-            const Model expected = load_model(whole, options).value(), model = load_model(sparse, options).value();
+            const Model expected = value_of(load_model(whole, options)), model = value_of(load_model(sparse, options));
             const Camera camera = default_camera(expected, kWidth, kHeight);
             Framebuffer a(kWidth, kHeight), b(kWidth, kHeight);
             const auto surroundings = [](const Model &of) {
@@ -151,7 +152,7 @@ TEST(SparseSource, IsDrawnByTheReferenceRenderer) {
 const Bytes &sphere_file(Storage storage) {
     static const auto make = [](Storage of) {
         const Model model = test::sphere_model(7, test::every_attribute(ColourFormat::rgb565, 7));
-        return encode_model(model, {.storage = of, .chunk_points = 512, .threads = 1}).value();
+        return value_of(encode_model(model, {.storage = of, .chunk_points = 512, .threads = 1}));
     };
     static const Bytes packed = make(Storage::packed), mapped = make(Storage::mapped);
     return storage == Storage::packed ? packed : mapped;
@@ -171,10 +172,10 @@ TEST(SparseSource, FetchesWhatAPictureNeedsAndKeepsNoPackedBytes) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         const Bytes &file = sphere_file(storage);
         NetworkFile network(file);
-        ShownModel sparse(network.open()), whole(Reader::open(file).value());
+        ShownModel sparse(network.open()), whole(value_of(Reader::open(file)));
         const DetailView view = view_from(0);
         const Framebuffer picture = draw_from(network, sparse, view);
-        expect_same_picture(whole.draw(whole.model.load(view).value(), view.camera), picture, "");
+        expect_same_picture(whole.draw(value_of(whole.model.load(view)), view.camera), picture, "");
         EXPECT_LT(network.bytes(), file.size() / 2);
         EXPECT_LT(network.sparse().memory(), 4000U); // header, table, small sections
     }
@@ -185,7 +186,7 @@ TEST(SparseSource, ShowsLoadedChunksMeanwhile) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         const Bytes &file = sphere_file(storage);
         NetworkFile network(file);
-        ShownModel sparse(network.open()), whole(Reader::open(file).value());
+        ShownModel sparse(network.open()), whole(value_of(Reader::open(file)));
         const DetailView view = view_from(0);
         double coarser = -1;
         for (int round = 0; round < 1000; ++round) {
@@ -206,7 +207,7 @@ TEST(SparseSource, ShowsLoadedChunksMeanwhile) {
         }
         const Detail detail = sparse.model.choose(view);
         EXPECT_TRUE(detail.wanted.empty() && detail.missing.empty());
-        expect_same_picture(whole.draw(whole.model.load(view).value(), view.camera), sparse.draw(detail, view.camera),
+        expect_same_picture(whole.draw(value_of(whole.model.load(view)), view.camera), sparse.draw(detail, view.camera),
                             "");
         EXPECT_TRUE(sparse.model.take_errors().empty());
         EXPECT_GT(coarser, 0);
@@ -217,7 +218,7 @@ TEST(SparseSource, ShowsLoadedChunksMeanwhile) {
 TEST(SparseSource, WantsEvictedChunksAgain) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         const Bytes &file = sphere_file(storage);
-        ShownModel whole(Reader::open(file).value());
+        ShownModel whole(value_of(Reader::open(file)));
         std::uint64_t largest = 0; // bytes that a single view needs
         for (int i = 0; i < 8; ++i) {
             NetworkFile network(file);
@@ -230,7 +231,7 @@ TEST(SparseSource, WantsEvictedChunksAgain) {
         std::uint64_t first_round = 0;
         for (int i = 0; i < 16; ++i) {
             const DetailView view = view_from(i * 0.785);
-            expect_same_picture(whole.draw(whole.model.load(view).value(), view.camera),
+            expect_same_picture(whole.draw(value_of(whole.model.load(view)), view.camera),
                                 draw_from(network, sparse, view), std::to_string(i));
             EXPECT_LE(sparse.model.statistics().memory, largest + largest / 4);
             EXPECT_LT(network.sparse().memory(), 4000U);
@@ -246,7 +247,7 @@ TEST(SparseSource, WantsEvictedChunksAgain) {
 TEST(SparseSource, WantsDroppedBytesAgain) {
     const Bytes &file = sphere_file(Storage::packed);
     NetworkFile network(file);
-    ShownModel sparse(network.open()), whole(Reader::open(file).value());
+    ShownModel sparse(network.open()), whole(value_of(Reader::open(file)));
     const DetailView view = view_from(0);
     for (int round = 0; round < 3; ++round) {
         const Detail detail = sparse.model.choose(view);
@@ -256,14 +257,15 @@ TEST(SparseSource, WantsDroppedBytesAgain) {
             network.sparse().drop({range.offset + range.bytes / 2, 1});
         EXPECT_EQ(sparse.model.choose(view).wanted, detail.wanted);
     }
-    expect_same_picture(whole.draw(whole.model.load(view).value(), view.camera), draw_from(network, sparse, view), "");
+    expect_same_picture(whole.draw(value_of(whole.model.load(view)), view.camera), draw_from(network, sparse, view),
+                        "");
 }
 
 TEST(SparseSource, NamesDamage) {
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         Bytes file = sphere_file(storage);
-        Reader directories = Reader::open(sphere_file(storage)).value();
-        const ChunkEntry damaged = directories.directory(3).value()->chunks[0];
+        Reader directories = value_of(Reader::open(sphere_file(storage)));
+        const ChunkEntry damaged = value_of(directories.directory(3))->chunks[0];
         file[damaged.offset + damaged.stored_bytes / 2] ^= 1;
         NetworkFile network(file);
         ShownModel sparse(network.open());

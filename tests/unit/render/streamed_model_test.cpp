@@ -6,6 +6,7 @@
 #include "unit/render/test_model.h"
 #include "unit/support/file_editor.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -36,11 +37,11 @@ const Bytes &file(Storage storage, std::uint32_t chunk_points = 512) {
     static std::map<std::pair<Storage, std::uint32_t>, Bytes> files;
     Bytes &file = files[{storage, chunk_points}];
     if (file.empty())
-        file = encode_model(model(), {.storage = storage, .chunk_points = chunk_points, .threads = 1}).value();
+        file = value_of(encode_model(model(), {.storage = storage, .chunk_points = chunk_points, .threads = 1}));
     return file;
 }
 
-Reader reader_of(ByteView bytes) { return Reader::open(bytes).value(); }
+Reader reader_of(ByteView bytes) { return value_of(Reader::open(bytes)); }
 
 DetailView view_from(double distance, glm::dvec3 target = {0, -1, -2}) {
     DetailView view;
@@ -102,8 +103,8 @@ TEST(StreamedModel, HasTheSameRunsAndStreamsPackedAndMapped) {
         StreamedModel packed(reader_of(file(Storage::packed, chunk_points)), {.threads = 2});
         StreamedModel mapped(reader_of(file(Storage::mapped, chunk_points)), {.threads = 2});
         for (const double distance : {8.0, 3.0, 1.2}) {
-            const Detail a = packed.load(view_from(distance)).value();
-            const Detail b = mapped.load(view_from(distance)).value();
+            const Detail a = value_of(packed.load(view_from(distance)));
+            const Detail b = value_of(mapped.load(view_from(distance)));
             EXPECT_GT(points_of(a), 100U);
             EXPECT_TRUE(a.missing.empty());
             expect_same_runs(a, b);
@@ -119,7 +120,7 @@ TEST(StreamedModel, HoldsWhatTheModelHolds) {
     StreamedModel streamed(reader_of(file(Storage::packed)));
     DetailView view = view_from(8);
     view.max_error = 1e-3;
-    const Detail detail = streamed.load(view).value();
+    const Detail detail = value_of(streamed.load(view));
     const PointAttributes &points = model().levels.back().points;
     for (const PointRun &run : detail.runs) {
         ASSERT_EQ(run.level, 7);
@@ -138,7 +139,7 @@ TEST(StreamedModel, HasTheBoundsOfTheWholeModel) {
     for (const Storage storage : {Storage::packed, Storage::mapped})
         for (const std::uint32_t chunk_points : {512U, kDefaultChunkPoints}) {
             StreamedModel streamed(reader_of(file(storage, chunk_points)));
-            const Sphere sphere = streamed.bounds().value().sphere;
+            const Sphere sphere = value_of(streamed.bounds()).sphere;
             EXPECT_EQ(sphere.centre, expected.centre);
             EXPECT_EQ(sphere.radius, expected.radius);
         }
@@ -162,7 +163,7 @@ TEST(StreamedModel, ReadsNoMoreThanItCounts) {
     DetailView view = view_from(8);
     view.max_error = 1e-3;
     view.finest = 6;
-    const Detail detail = streamed.load(view).value();
+    const Detail detail = value_of(streamed.load(view));
     EXPECT_TRUE(detail.missing.empty());
     std::uint64_t points = 0;
     for (std::size_t level = 1; level <= 6; ++level)
@@ -183,7 +184,7 @@ TEST(StreamedModel, IsTheSameForAnyNumberOfThreads) {
     StreamedModel one(reader_of(file(Storage::packed)), {.threads = 1});
     StreamedModel many(reader_of(file(Storage::packed)), {.threads = 8});
     const DetailView view = view_from(2);
-    expect_same_runs(one.load(view).value(), many.load(view).value());
+    expect_same_runs(value_of(one.load(view)), value_of(many.load(view)));
     EXPECT_EQ(one.statistics().bytes_read, many.statistics().bytes_read);
     EXPECT_EQ(one.statistics().points_decoded, many.statistics().points_decoded);
     EXPECT_EQ(one.statistics().memory, many.statistics().memory);
@@ -213,7 +214,7 @@ TEST(StreamedModel, KeepsToItsMemory) {
     for (const DetailView &view : views) {
         const Result<Detail> detail = bounded.load(view);
         ASSERT_TRUE(detail.ok()) << detail.error().message;
-        expect_same_runs(*detail, unbounded.load(view).value());
+        expect_same_runs(*detail, value_of(unbounded.load(view)));
         EXPECT_LE(bounded.statistics().memory, largest + largest / 4);
     }
     EXPECT_GT(bounded.statistics().points_decoded, unbounded.statistics().points_decoded);
@@ -238,7 +239,7 @@ TEST(StreamedModel, KeepsThePictureThatIsBeingDrawn) {
     ASSERT_TRUE(probe.load(back).ok());
     const std::uint64_t both = probe.statistics().memory;
     StreamedModel streamed(reader_of(file(Storage::packed)), {.max_memory = (one + both) / 2});
-    const Detail drawn = streamed.load(front).value();
+    const Detail drawn = value_of(streamed.load(front));
     EXPECT_FALSE(streamed.load(back).ok()); // no memory left beside the drawn chunks
     expect_same_runs(drawn, probe.choose(front));
 }
@@ -266,7 +267,7 @@ TEST(StreamedModel, RefinesInTheBackground) {
         EXPECT_TRUE(wait_for([&] { return !streamed.is_loading(); }));
         EXPECT_GT(arrived, 0);
         StreamedModel at_once(reader_of(file(storage)));
-        expect_same_runs(streamed.choose(view), at_once.load(view).value());
+        expect_same_runs(streamed.choose(view), value_of(at_once.load(view)));
         EXPECT_EQ(streamed.statistics().points_decoded, at_once.statistics().points_decoded);
     }
 }
@@ -299,7 +300,7 @@ TEST(StreamedModel, EstimatesSurfaceOffsetsWhereItLoads) {
     const DetailView view = view_from(1.3);
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         StreamedModel at_once(reader_of(file(storage)));
-        const BricksWithOffsets loaded = find_offsets(at_once.load(view).value(), view);
+        const BricksWithOffsets loaded = find_offsets(value_of(at_once.load(view)), view);
         EXPECT_GT(loaded.facing, 20U);
         EXPECT_EQ(loaded.estimated, loaded.facing);
 
@@ -356,10 +357,10 @@ TEST(StreamedModel, NamesADamagedChunkOnceAndShowsWhatIsLeft) {
         StreamedModel intact(reader_of(file(storage)));
         DetailView view = view_from(3);
         view.max_error = 1e-3;
-        const Detail whole = intact.load(view).value();
+        const Detail whole = value_of(intact.load(view));
         Reader directories = reader_of(file(storage));
         const std::uint32_t above = whole.runs[whole.runs.size() / 2].entry->shape.parent_chunk;
-        const ChunkEntry damaged = directories.directory(6).value()->chunks[above];
+        const ChunkEntry damaged = value_of(directories.directory(6))->chunks[above];
         bytes[damaged.offset + damaged.stored_bytes / 2] ^= 1;
 
         StreamedModel at_once(reader_of(bytes));

@@ -3,6 +3,7 @@
 
 #include "pbm_render/fine/fine_renderer.h"
 #include "unit/render/fast_test_model.h"
+#include "unit/support/value_of.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -300,7 +301,7 @@ TEST(SurfaceOffsets, FindTheSurfaceOfABall) {
 std::vector<MortonCode> finest_codes(const Model &model) {
     std::vector<MortonCode> codes{0};
     for (std::size_t level = 1; level < model.levels.size(); ++level)
-        codes = expand_level(codes, model.levels[level].masks, model.levels[level].points.size()).value();
+        codes = value_of(expand_level(codes, model.levels[level].masks, model.levels[level].points.size()));
     return codes;
 }
 

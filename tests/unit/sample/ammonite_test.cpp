@@ -22,7 +22,8 @@ const TriangleMesh &small() {
     return mesh;
 }
 
-TEST(Ammonite, IsTheSameBytesOnEveryMachine) {
+// The same for every compiler and machine.
+TEST(Ammonite, HasItsGoldenBytes) {
     EXPECT_EQ(hash64(encode_ply(small(), PlyEncoding::binary_little_endian, "golden")), 15229254765651686041U);
 }
 

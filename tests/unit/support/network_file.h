@@ -3,6 +3,7 @@
 
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/reader.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -33,7 +34,7 @@ class NetworkFile {
         for (FileRange range = Reader::opening_range(source()); range.bytes > 0;
              range = Reader::opening_range(source()))
             fetch(range);
-        Reader reader = Reader::open(source()).value();
+        Reader reader = value_of(Reader::open(source()));
         fetch(raster_ranges(reader));
         return reader;
     }

@@ -7,6 +7,7 @@
 #include "pbm_format/writing/writer.h"
 #include "system/files/file_replacement.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -29,7 +30,7 @@ class MovedShadowsTest : public testing::Test {
         model.parameters.ground = {.centre = {1, 0.1F, 1}, .half_edge = 2, .material = 0, .texture = std::nullopt};
         model.images.ground_lit.assign(
             2, {.width = 64, .height = 64, .channels = 1, .texels = Bytes(std::size_t{64} * 64, 9)});
-        file_ = encode_model(model, {.threads = 1}).value();
+        file_ = value_of(encode_model(model, {.threads = 1}));
     }
     void SetUp() override {
         ASSERT_TRUE(replace_file(path_, file_));
@@ -83,8 +84,8 @@ TEST_F(MovedShadowsTest, AreDroppedAndBakedWhereTheLightRests) {
     EXPECT_FALSE(shadows.take_error());
 
     // As the builder bakes points.
-    auto loaded = Reader::open(file_).value();
-    const Model model = load_model(loaded).value();
+    auto loaded = value_of(Reader::open(file_));
+    const Model model = value_of(load_model(loaded));
     const Bytes expected = bake_light(ShadowCasters(model, 1), look.lights[1], {.bits = 1});
     EXPECT_EQ(stored_fractions(*look.shadows[1].fresh, 1), expected);
 
@@ -147,13 +148,13 @@ TEST_F(MovedShadowsTest, AreSavedWithTheirLight) {
     save.baked[1] = shadows.baked(1);
     const auto saved = save_scene(save);
     ASSERT_TRUE(saved) << saved.error().message;
-    const auto mapped = MappedFile::open(path_).value();
+    const auto mapped = value_of(MappedFile::open(path_));
     EXPECT_TRUE(verify(mapped.bytes()));
-    auto reader = Reader::open(mapped.bytes()).value();
+    auto reader = value_of(Reader::open(mapped.bytes()));
     EXPECT_EQ(reader.parameters().lights, save.appearance.lights);
     EXPECT_EQ(reader.parameters().materials, save.appearance.materials);
     EXPECT_NE(reader.metadata().find("\"view\""), std::string_view::npos);
-    const Model model = load_model(reader).value();
+    const Model model = value_of(load_model(reader));
     EXPECT_EQ(model.levels.back().points.shadows[1], stored_fractions(*save.baked[1]->fractions, 1));
     EXPECT_EQ(model.images.ground_lit[1], save.baked[1]->ground);
     // The picture of the window was that of the saved file, level by level.

@@ -4,6 +4,7 @@
 #include "system/processes/child_program.h"
 #include "system/processes/this_process.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 #include "viewer/opening/explanation.h"
 #include "viewer/opening/file_dialog.h"
 #include "viewer/opening/file_list.h"
@@ -44,7 +45,7 @@ class Opening : public ::testing::Test {
         return file(name);
     }
     std::string write_model(const std::string &name) const {
-        const Bytes model = encode_model(test::sphere_model(5, {}), {.chunk_points = 512, .threads = 1}).value();
+        const Bytes model = value_of(encode_model(test::sphere_model(5, {}), {.chunk_points = 512, .threads = 1}));
         return write(name, std::string(model.begin(), model.end()));
     }
     std::string program(const std::string &name, const std::string &script) const {

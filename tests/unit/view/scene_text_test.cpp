@@ -2,6 +2,7 @@
 #include "viewer/light/scene_text.h"
 
 #include "pbm_format/model/material_presets.h"
+#include "unit/support/value_of.h"
 
 #include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
@@ -100,7 +101,7 @@ TEST(ModelNotes, NameMaterialsAndLights) {
 TEST(ModelNotes, KeepAView) {
     const SavedView view{{.position = {1, 2, 3.25}, .focal_point = {0, 0.1, 0}, .up = {0, 0, 1}}, 29.3};
     const std::string metadata = R"({"generator":"x","options":{"depth":9}})";
-    const std::string with = with_view(metadata, view).value();
+    const std::string with = value_of(with_view(metadata, view));
     EXPECT_TRUE(with.starts_with(R"({"generator":"x","options":{"depth":9},"view":{)")) << with;
     const auto read = read_notes(with).view;
     ASSERT_TRUE(read);
@@ -109,10 +110,10 @@ TEST(ModelNotes, KeepAView) {
     EXPECT_EQ(read->camera.up, view.camera.up);
     EXPECT_EQ(read->view_angle, 29.3);
     EXPECT_EQ(read->camera.view_angle, glm::radians(29.3));
-    EXPECT_EQ(with_view(with, view).value(), with); // replaced, not added
+    EXPECT_EQ(value_of(with_view(with, view)), with); // replaced, not added
     SavedView flat = view;
     flat.camera.orthographic = true;
-    EXPECT_TRUE(read_notes(with_view(with, flat).value()).view->camera.orthographic);
+    EXPECT_TRUE(read_notes(value_of(with_view(with, flat))).view->camera.orthographic);
     EXPECT_FALSE(read->camera.orthographic);
     EXPECT_FALSE(with_view("{\"name\":\"" + std::string(4000, 'a') + "\"}", view));
 }

@@ -1,5 +1,6 @@
 #include "pbm_format/writing/writer.h"
 #include "unit/support/test_models.h"
+#include "unit/support/value_of.h"
 #include "viewer/pictures/picture_file.h"
 #include "viewer/scene/damage_search.h"
 #include "viewer/scene/picture_saver.h"
@@ -50,7 +51,8 @@ class ShownModelTest : public testing::Test {
     }
 
     static const Bytes &file() {
-        static const Bytes bytes = encode_model(test::sphere_model(8, {}), {.chunk_points = 512, .threads = 1}).value();
+        static const Bytes bytes =
+            value_of(encode_model(test::sphere_model(8, {}), {.chunk_points = 512, .threads = 1}));
         return bytes;
     }
     static void write(const Bytes &bytes) {
@@ -67,13 +69,13 @@ class ShownModelTest : public testing::Test {
         return *model;
     }
     DetailView view(const ShownModel &model) const {
-        return model.view(choose_camera(options_, model.extent(), model.grid(), kSize).value(), kSize,
+        return model.view(value_of(choose_camera(options_, model.extent(), model.grid(), kSize)), kSize,
                           options_.max_error.value_or(kFastMaxError));
     }
     // The picture with all needed chunks loaded.
     Framebuffer exact_picture(ShownModel &model) const {
         Framebuffer picture(kSize.x, kSize.y);
-        model.draw_now(model.streamed().load(view(model)).value(), view(model), model.first_look(), picture);
+        model.draw_now(value_of(model.streamed().load(view(model))), view(model), model.first_look(), picture);
         return picture;
     }
 
@@ -105,7 +107,7 @@ TEST_F(ShownModelTest, LoadsItsFirstPictureUnasked) {
 TEST_F(ShownModelTest, EditsShowAtOnceAndGoBack) {
     write(file());
     const ShownModelPointer model = open();
-    const Detail detail = model->streamed().load(view(*model)).value();
+    const Detail detail = value_of(model->streamed().load(view(*model)));
     Framebuffer first = exact_picture(*model), edited(kSize.x, kSize.y), again(kSize.x, kSize.y);
     Look look = *model->first_look();
     look.appearance.lights.front().intensity = {0.1F, 0.5F, 0.1F};
@@ -122,7 +124,7 @@ TEST_F(ShownModelTest, EditsShowAtOnceAndGoBack) {
 TEST_F(ShownModelTest, DepthCuesNeedNoDepthsOfTheTarget) {
     write(file());
     const ShownModelPointer model = open();
-    const Detail detail = model->streamed().load(view(*model)).value();
+    const Detail detail = value_of(model->streamed().load(view(*model)));
     const Framebuffer plain = exact_picture(*model);
     for (const DepthCue cue : {DepthCue::eye_dome, DepthCue::ambient_occlusion})
         for (const Quality quality : {Quality::fast, Quality::fine}) {
@@ -143,7 +145,7 @@ TEST_F(ShownModelTest, DepthCuesNeedNoDepthsOfTheTarget) {
 TEST_F(ShownModelTest, IsFineAtRestAndFastInMotionUnlessTheLookSaysOtherwise) {
     write(file());
     const ShownModelPointer model = open();
-    const Detail detail = model->streamed().load(view(*model)).value();
+    const Detail detail = value_of(model->streamed().load(view(*model)));
     const Framebuffer fast = exact_picture(*model);
     for (const Quality quality : {Quality::automatic, Quality::fast, Quality::fine}) {
         Look look = *model->first_look();
@@ -164,7 +166,7 @@ TEST_F(ShownModelTest, IsFineAtRestAndFastInMotionUnlessTheLookSaysOtherwise) {
 TEST_F(ShownModelTest, SampleBySampleIsTheWholeFinePicture) {
     write(file());
     const ShownModelPointer model = open();
-    const Detail detail = model->streamed().load(view(*model)).value();
+    const Detail detail = value_of(model->streamed().load(view(*model)));
     for (const DepthCue cue : {DepthCue::none, DepthCue::eye_dome}) {
         Look look = *model->first_look();
         look.options.quality = Quality::fine;
@@ -221,8 +223,8 @@ TEST_F(ShownModelTest, RefusesFilesThatAreNoModels) {
     ASSERT_FALSE(none.ok());
     EXPECT_EQ(none.error().code, ErrorCode::io);
     Bytes damaged = file();
-    Reader reader = Reader::open(damaged).value();
-    damaged[reader.directory(5).value()->chunks[0].offset] ^= 1;
+    Reader reader = value_of(Reader::open(damaged));
+    damaged[value_of(reader.directory(5))->chunks[0].offset] ^= 1;
     write(damaged);
     const auto refused = ShownModel::open("ball.pbvg", "ball.pbvg", options_, [] {});
     ASSERT_FALSE(refused.ok());
@@ -240,10 +242,10 @@ TEST_F(ShownModelTest, KeepsTheNameOfTheScan) {
 TEST_F(ShownModelTest, DamageIsFoundInEveryChunkAndSection) {
     EXPECT_TRUE(find_damage(file(), {}).empty());
     Bytes damaged = file();
-    Reader reader = Reader::open(file()).value();
+    Reader reader = value_of(Reader::open(file()));
     std::vector<std::uint64_t> offsets;
     for (int level = reader.depth(); level > reader.depth() - 2; --level)
-        for (const ChunkEntry &chunk : (*reader.directory(level))->chunks)
+        for (const ChunkEntry &chunk : value_of(reader.directory(level))->chunks)
             offsets.push_back(chunk.offset);
     for (const std::uint64_t offset : offsets) {
         damaged[offset] ^= 1;

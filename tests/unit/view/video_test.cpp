@@ -1,5 +1,6 @@
 #include "system/processes/child_program.h"
 #include "system/processes/this_process.h"
+#include "unit/support/value_of.h"
 #include "viewer/navigation/camera_control.h"
 #include "viewer/pictures/avi_writer.h"
 #include "viewer/pictures/frame_names.h"
@@ -214,7 +215,7 @@ TEST(VideoSink, PicturesAreThoseOfTheirForm) {
     for (const std::string form : {"png", "bmp"}) {
         const VideoOptions options{.output = folder / ("f_%02d." + form)};
         ASSERT_TRUE(check_video_name(options.output));
-        const VideoSink sink = *open_video(options, {5, 4});
+        const VideoSink sink = value_of(open_video(options, {5, 4}));
         for (int i = 1; i <= 2; ++i) {
             const Framebuffer picture = ramp(5, 4, i, 100);
             ASSERT_TRUE(sink.write(*sink.encode(picture)));
