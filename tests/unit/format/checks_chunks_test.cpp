@@ -212,17 +212,6 @@ TEST(SingleCheck, AConeHoldsTheSameNormalsWhetherTheyAreFewOrMany) {
     EXPECT_GT(at_the_limit, 0U);
 }
 
-TEST(SingleCheck, TheCosineThatAConeNeedsIsRoundedDown) {
-    for (std::uint16_t axis = 0; axis < kNormalCount; ++axis)
-        for (std::uint16_t normal = 0; normal < kNormalCount; ++normal)
-            if (const std::int64_t product = product_of(axis, normal); product < 0 && product > -32767) {
-                const std::array one{normal};
-                EXPECT_EQ(to_string(needed_cosine({.axis = axis, .cosine = 0}, one)), "-1") << product;
-                return;
-            }
-    FAIL() << "no normal lies just behind the plane across another";
-}
-
 TEST(SingleCheck, StreamsOfMappedChunks) {
     const FileEditor file(mapped_file());
     const AttributeSet set = every_attribute(ColourFormat::rgb888, 3);
