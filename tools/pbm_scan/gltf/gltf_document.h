@@ -61,7 +61,9 @@ class GltfDocument {
     //         too_large  accessors want many more numbers than the file has bytes
     Result<std::vector<float>> floats(std::size_t accessor, std::size_t components, float filled = 1);
     Result<std::vector<std::uint32_t>> indices(std::size_t accessor);
-    // Elements of an accessor, without reading it.
+    // errors  bad_input  the accessor announces elements that are not there
+    Status verify(std::size_t accessor);
+    // Elements of an accessor, without reading it: untrusted before `verify`.
     std::size_t count(std::size_t accessor) const;
     bool is_normalised(std::size_t accessor) const;
     int component_type(std::size_t accessor) const;
