@@ -390,6 +390,8 @@ TEST(Gltf, VerticesOfSharedAccessorsAreThereWhereTheyAreNamed) {
     EXPECT_EQ(s.positions.size(), 750U);
     EXPECT_EQ(s.positions[s.triangles[99].y], glm::dvec3(many[300], many[301], many[302]));
     EXPECT_EQ(test::note_of(s, "vertices"), "748 that no primitive names left out");
+    glb.doc["accessors"][positions]["count"] = 4000000000U; // no memory is allocated for it
+    EXPECT_TRUE(test::has(refusal(glb), "announces 4000000000 elements"));
 }
 
 TEST(Gltf, AccessorsMayNotWantMoreNumbersThanTheFileCanHold) {

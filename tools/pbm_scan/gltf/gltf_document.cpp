@@ -402,6 +402,11 @@ Result<GltfDocument::Elements> GltfDocument::elements(std::size_t accessor) {
     return out;
 }
 
+Status GltfDocument::verify(std::size_t accessor) {
+    const Result<Elements> found = elements(accessor);
+    return found ? Status() : Status(found.error());
+}
+
 Result<std::vector<float>> GltfDocument::floats(std::size_t accessor, std::size_t components, float filled) {
     const Result<Elements> from = elements(accessor);
     if (!from)

@@ -62,7 +62,10 @@ class GltfDocument {
     //         too_large  accessors want many more numbers than the file has bytes
     Result<std::vector<float>> floats(std::size_t accessor, std::size_t components, float filled = 1);
     Result<std::vector<std::uint32_t>> indices(std::size_t accessor);
-    // The number of elements of an accessor, as its JSON states it; reads no buffer.
+    // errors  bad_input  the accessor announces elements that are not there
+    Status verify(std::size_t accessor);
+    // The number of elements of an accessor, as its JSON states it; reads no buffer, so it is untrusted before
+    // `verify`.
     std::size_t count(std::size_t accessor) const;
     bool is_normalised(std::size_t accessor) const;
     int component_type(std::size_t accessor) const;

@@ -163,6 +163,9 @@ Status GltfPrimitives::read_primitive(const Json &described, const std::vector<d
 Status GltfPrimitives::read_corners(Reading &reading, const GltfPrimitive &out) {
     const auto accessor = index_of(&reading.described, "indices"),
                positions = index_of(&reading.attributes, "POSITION");
+    if (positions)
+        if (Status verified = document_.verify(*positions); !verified)
+            return verified;
     const std::size_t count = positions ? document_.count(*positions) : 0;
     const auto uses = positions ? uses_.find(*positions) : uses_.end();
     const bool is_shared = uses != uses_.end() && uses->second > 1;
