@@ -271,11 +271,11 @@ std::string text_of(std::span<const batch::LeftOut> left_out) {
     return "left out " + std::to_string(left_out.size()) + ": " + batch::kinds_of(left_out);
 }
 
-// What is left out and no error of its own: 0, or an exit code.
-int code_of(std::span<const batch::LeftOut> left_out, bool is_strict) {
+// Whether nothing is left out that must not be.
+Status check_left_out(std::span<const batch::LeftOut> left_out, bool is_strict) {
     if (std::any_of(left_out.begin(), left_out.end(), [](const auto &each) { return each.is_unreadable; }))
-        return exit_code(ErrorCode::io);
-    return is_strict && !left_out.empty() ? exit_code(ErrorCode::bad_input) : 0;
+        return Error{ErrorCode::io, 0, text_of(left_out)};
+    return is_strict && !left_out.empty() ? Status(bad_input(text_of(left_out) + ": --strict refuses that")) : Status();
 }
 
 // The share of a machine: the same whatever else is in the list.
@@ -325,16 +325,15 @@ int run_batch(std::string_view program, const Arguments &arguments) {
             list.error().code == ErrorCode::io && list.error().message.starts_with(arguments.batch);
         return command_line::fail(program, is_of_folder_below ? "" : arguments.batch, list.error());
     }
-    const bool is_strict = arguments.build.strict;
-    if (is_strict && !list->left_out.empty() && !arguments.keep_going)
-        return command_line::fail(program, arguments.batch,
-                                  bad_input(text_of(list->left_out) + ": --strict refuses that"));
+    const Status complete = check_left_out(list->left_out, arguments.build.strict);
+    if (!complete && (!arguments.keep_going || !arguments.plan.empty()))
+        return command_line::fail(program, arguments.batch, complete.error());
     std::vector<std::string> stale = batch::other_models(arguments.output_folder, list->scans);
     std::erase_if(list->scans, [&](const batch::Scan &scan) { return !is_of_shard(scan, arguments.shard); });
     const std::vector<batch::Scan> &scans = list->scans;
     if (const auto refused = refuse_files(program, arguments, scans))
         return *refused;
-    if (!list->left_out.empty())
+    if (!list->left_out.empty() && complete)
         warn(program, arguments, Warning::left_out, arguments.batch + ": " + text_of(list->left_out));
     if (!stale.empty())
         warn(program, arguments, Warning::stale_model,
@@ -362,7 +361,8 @@ int run_batch(std::string_view program, const Arguments &arguments) {
     batch::build_all(scans, request, [&](const batch::Ending &ending) { report.add(ending); });
     report.add_rest(list->left_out, stale);
     const int code = report.finish();
-    return code != 0 ? code : code_of(list->left_out, is_strict);
+    const int code_of_rest = complete ? 0 : command_line::fail(program, arguments.batch, complete.error());
+    return code != 0 ? code : code_of_rest;
 }
 
 } // namespace pbm::build

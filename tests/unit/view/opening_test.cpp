@@ -44,8 +44,10 @@ class Opening : public ::testing::Test {
         std::ofstream(folder_ / name) << text;
         return file(name);
     }
-    std::string write_model(const std::string &name) const {
-        const Bytes model = value_of(encode_model(test::sphere_model(5, {}), {.chunk_points = 512, .threads = 1}));
+    std::string write_model(const std::string &name, const std::string &metadata = "{}") const {
+        Model sphere = test::sphere_model(5, {});
+        sphere.metadata = metadata;
+        const Bytes model = value_of(encode_model(sphere, {.chunk_points = 512, .threads = 1}));
         return write(name, std::string(model.begin(), model.end()));
     }
     std::string program(const std::string &name, const std::string &script) const {
@@ -277,7 +279,7 @@ TEST_F(Opening, AScanIsBuiltOnceAndOnlyTheProgramsWordsAreAnError) {
         "for last; do :; done; for a; do case $a in --output=*) out=${a#--output=};; esac; done\n";
     const std::string builder =
         program("bin/pbm-build", arguments + "echo '7 sample points'; echo built >> '" + file("count") + "'; cp '" +
-                                     write_model("model") + "' \"$out\"");
+                                     write_model("model", R"({"source_hash":"0"})") + "' \"$out\"");
     const Environment cache("PBM_CACHE", file("cache"));
     std::string step;
     double done = 0;
@@ -293,6 +295,11 @@ TEST_F(Opening, AScanIsBuiltOnceAndOnlyTheProgramsWordsAreAnError) {
     EXPECT_EQ(done, 0.07);
     EXPECT_EQ(first->file, second->file);
     EXPECT_EQ(fs::file_size(file("count")), 6);
+    // Files that the scan names may have changed alone: the program looks.
+    write_model("model", R"({"source_hash":"0","source_files":2})");
+    const std::string naming = write("b.ply", "ply");
+    ASSERT_TRUE(prepare_model(naming, preparation) && prepare_model(naming, preparation));
+    EXPECT_EQ(fs::file_size(file("count")), 18);
     EXPECT_EQ(prepare_model(file("model.pbvg"), preparation)->file, file("model.pbvg"));
     Preparation by_recipe = preparation;
     by_recipe.scans.recipe = write("recipe.toml");

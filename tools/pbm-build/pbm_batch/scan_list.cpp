@@ -92,8 +92,7 @@ class FolderWalk {
             type != fs::file_type::not_found && type != fs::file_type::none && type != fs::file_type::unknown;
         if (is_named_like_scan(entry.path()) && (type == fs::file_type::regular || !is_there))
             scans_.push_back(entry.path());
-        else if (std::string kind = is_there ? kind_left_out(entry.path(), type) : foreign_kind(entry.path());
-                 !kind.empty())
+        else if (std::string kind = is_there ? kind_left_out(entry.path(), type) : "broken link"; !kind.empty())
             left_out_.push_back({entry.path().string(), std::move(kind)});
     }
 
