@@ -130,8 +130,8 @@ TEST(OptionalParts, EndsAndCountsMayBeSpelledOtherwise) {
 
 TEST(OptionalParts, AFileIsRecognisedByItsWholeMagicWord) {
     const std::string rows = "1 0 0 0\n2 1 0 0\n3 0 1 0\n";
-    for (const char *name : {"COFFEE x y z\n", "OFFSET_TIME x y z\n", "camera x y z\n", "LASF_id x y z\n",
-                             "DRACO x y z\n", "NGSP_id x y z\n"})
+    for (const char *name :
+         {"COFFEE x y z\n", "OFFSET_TIME x y z\n", "camera x y z\n", "LASF_id x y z\n", "NGSP_id x y z\n"})
         EXPECT_EQ(surface(name + rows, "scan.txt").positions.size(), 3U) << name;
     for (const char *name : {"scan.glb", "scan.e57", "scan.ply", "scan.las"}) {
         EXPECT_TRUE(has(error("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n", name).message,

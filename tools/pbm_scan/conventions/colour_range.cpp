@@ -17,10 +17,10 @@ ColourRange range_of_words(std::uint64_t lit, std::uint64_t above_byte) {
 ColourRange ColourCounts::range(ColourNumbers numbers) const {
     const auto are_few = [this](std::uint64_t count) { return is_few(count, lit_); };
     if (numbers == ColourNumbers::any && (above_one_ == 0 || (are_few(above_two_) && !are_whole_)))
-        return {1, negative_ + above_one_};
+        return {1, negative_one_ + above_one_};
     if (are_few(above_byte_))
-        return {255, negative_ + above_byte_};
-    return are_few(above_word_) ? ColourRange{65535, negative_ + above_word_} : ColourRange{0, 0};
+        return {255, negative_byte_ + above_byte_};
+    return are_few(above_word_) ? ColourRange{65535, negative_word_ + above_word_} : ColourRange{0, 0};
 }
 
 std::string ColourRange::note() const {

@@ -41,7 +41,9 @@ class ColourCounts {
         above_two_ += highest > 2 ? 1U : 0U;
         above_byte_ += highest > 255 ? 1U : 0U;
         above_word_ += highest > 65535 ? 1U : 0U;
-        negative_ += lowest < 0 ? 1U : 0U;
+        negative_one_ += lowest < 0 && !(highest > 1) ? 1U : 0U;
+        negative_byte_ += lowest < 0 && !(highest > 255) ? 1U : 0U;
+        negative_word_ += lowest < 0 && !(highest > 65535) ? 1U : 0U;
     }
 
     // 1 where all but a hundredth of the colours that are not black are at most 1. If some are no whole numbers, values
@@ -55,7 +57,8 @@ class ColourCounts {
         return !(std::abs(value) < kAllAreWhole) || value == static_cast<float>(static_cast<std::int32_t>(value));
     }
 
-    std::uint64_t lit_ = 0, above_one_ = 0, above_two_ = 0, above_byte_ = 0, above_word_ = 0, negative_ = 0;
+    std::uint64_t lit_ = 0, above_one_ = 0, above_two_ = 0, above_byte_ = 0, above_word_ = 0;
+    std::uint64_t negative_one_ = 0, negative_byte_ = 0, negative_word_ = 0; // of those that are not above
     bool are_whole_ = true;
 };
 
