@@ -337,12 +337,24 @@ class Building(Case):
                 with self.assertRaises(Interrupted, msg=step):
                     pbm.build(self.vertices, self.faces, depth=7, output=self.path, progress=in_step(step))
                 self.assertEqual(self.path.read_bytes(), old)
-            # Without `progress`, the signal comes from elsewhere, at any moment of one build after another.
-            sender = threading.Timer(0.2, signal.pthread_kill, (main, signal.SIGUSR1))
+            # Without `progress`, signals come from elsewhere, at any moment of one build after another. Python drops what is
+            # raised while it deletes an object, so that one signal may be lost.
+            ended = threading.Event()
+
+            def send():
+                while not ended.wait(0.2):
+                    signal.pthread_kill(main, signal.SIGUSR1)
+
+            sender = threading.Thread(target=send)
             sender.start()
-            with self.assertRaises(Interrupted):
-                while True:
-                    pbm.build(self.vertices, self.faces, depth=7)
+            try:
+                with self.assertRaises(Interrupted):
+                    for _ in range(1000):
+                        pbm.build(self.vertices, self.faces, depth=7)
+            finally:
+                signal.signal(signal.SIGUSR1, signal.SIG_IGN)
+                ended.set()
+                sender.join()
         finally:
             signal.signal(signal.SIGUSR1, before)
 
