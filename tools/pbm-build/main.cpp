@@ -266,15 +266,20 @@ Result<Model> merge(const Arguments &arguments, const std::string &key, std::spa
 // Builds and writes, unless --if-changed finds that the output would be the same. Returns the exit code.
 int build(const Arguments &arguments, const SourceFiles &sources, BuildStatistics &statistics) {
     SourceRecord record;
-    std::optional<EarlierOutput> earlier;
-    if (keeps_record(arguments) || !arguments.cache.empty() || arguments.merged > 0) {
+    const std::optional<EarlierOutput> earlier =
+        arguments.if_changed ? find_earlier_output(arguments.output) : std::nullopt;
+    const auto take_record = [&]() -> Status {
         auto made = record_of(arguments, sources);
         if (!made)
-            return fail_input(sources.there, made.error());
+            return made.error();
         record = std::move(*made);
-    }
-    if (arguments.if_changed)
-        earlier = find_earlier_output(arguments.output);
+        return {};
+    };
+    // Without anything to compare it with, it is made of what is read then: huge scans are mostly refused at once.
+    const bool has_record = earlier || !arguments.cache.empty() || arguments.merged > 0;
+    if (has_record)
+        if (const Status taken = take_record(); !taken)
+            return fail_input(sources.there, taken.error());
     if (earlier && earlier->record == record) {
         take_figures(earlier->figures, Outcome::up_to_date, statistics);
         return write_depfile(arguments, sources);
@@ -314,6 +319,9 @@ int build(const Arguments &arguments, const SourceFiles &sources, BuildStatistic
     display.clear();
     if (!model)
         return fail_input(arguments.inputs, model.error(), parts);
+    if (!has_record && keeps_record(arguments))
+        if (const Status taken = take_record(); !taken)
+            return fail_input(sources.there, taken.error());
     if (const Status unchanged = verify_unchanged(sources); !unchanged)
         return fail_input(sources.there, unchanged.error());
     model->images.panorama = std::move(*panorama);

@@ -159,9 +159,9 @@ void add_renderer_option(CommandLine &line, ViewOptions &options) {
     command_line::add_choice<Renderer>(line, "--renderer", "renderer",
                                        {{"fast", Renderer::fast}, {"reference", Renderer::reference}}, options.renderer,
                                        "fast (default); reference: the dissertation's, draws every point of one level");
-    command_line::add_choice<Splats>(
-        line, "--splats", "kind of splat", {{"ellipses", Splats::ellipses}, {"kernels", Splats::kernels}},
-        options.splats, "With --renderer reference: ellipses (default); kernels: a table of stencils");
+    command_line::add_choice<Splats>(line, "--splats", "kind of splat",
+                                     {{"ellipses", Splats::ellipses}, {"kernels", Splats::kernels}}, options.splats,
+                                     "With --renderer reference: ellipses (default); kernels: a table of stencils");
     line.topic = "Options";
 }
 

@@ -19,7 +19,7 @@ namespace {
 constexpr std::string_view kMagic = "PBMPART\n";
 constexpr std::size_t kHashBytes = sizeof(Hash128);
 
-std::string as_text(ByteView bytes) { return {bytes.begin(), bytes.end()}; }
+std::string string_of(ByteView bytes) { return {bytes.begin(), bytes.end()}; }
 
 template <class T> ByteView bytes_of_values(const std::vector<T> &values) {
     return {reinterpret_cast<const std::uint8_t *>(values.data()), values.size() * sizeof(T)};
@@ -110,7 +110,7 @@ class PartReader {
 };
 
 bool is_whole(ByteView bytes) {
-    if (bytes.size() < kMagic.size() + kHashBytes || as_text(bytes.first(kMagic.size())) != kMagic)
+    if (bytes.size() < kMagic.size() + kHashBytes || string_of(bytes.first(kMagic.size())) != kMagic)
         return false;
     StreamingHash hash;
     hash.add(bytes.first(bytes.size() - kHashBytes));
@@ -269,7 +269,7 @@ Result<Part> read_part(const std::string &path, const PartName &name) try {
         return damaged();
     if (const Status read = read_parameters(in, depth, part.parameters); !read)
         return read.error();
-    part.metadata = as_text(in.next());
+    part.metadata = string_of(in.next());
     if (const Status read = read_report(in.next(), part.statistics); !read)
         return read.error();
     if (const Status read = read_voxels(in, part.parameters, head.at("points"), part.voxels); !read)
