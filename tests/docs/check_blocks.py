@@ -198,6 +198,7 @@ class Checker:
 
     def cmake(self, block, folder):
         folder = folder / f"cmake {block.number}"
+        shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir()
         shutil.copytree(self.stock / "scans", folder / "scans")
         (folder / "CMakeLists.txt").write_text(pieces.CMAKE_HEAD + block.text)

@@ -81,35 +81,6 @@ TEST(UpAxis, OfTerrainIsAcrossIt) {
     }
 }
 
-// Points of a square of 300 x 300, where `keeps` says so.
-template <class Height, class Keeps> UpReason reason_of(const Height &height, const Keeps &keeps) {
-    Points points;
-    for (int x = 0; x < 300; ++x)
-        for (int y = 0; y < 300; ++y)
-            if (keeps(x))
-                for (const double z : height(x))
-                    points.emplace_back(x, y, z);
-    return found_in(points).reason;
-}
-
-TEST(UpAxis, TerrainIsAtMostAThirdAsHighAsWideThreeFifthsCoveredAndOfTwoLayers) {
-    const auto all = [](int) { return true; };
-    const auto slope = [](double steep) { return [steep](int x) { return std::vector<double>{steep * x}; }; };
-    EXPECT_EQ(reason_of(slope(0.3), all), UpReason::terrain);
-    EXPECT_NE(reason_of(slope(0.4), all), UpReason::terrain);
-    const auto stripes = [](int tenths) { return [tenths](int x) { return x / 15 % 10 < tenths; }; };
-    EXPECT_EQ(reason_of(slope(0), stripes(7)), UpReason::terrain);
-    EXPECT_NE(reason_of(slope(0), stripes(5)), UpReason::terrain);
-    const auto layers = [](std::size_t count) {
-        return [count](int) {
-            const std::vector<double> heights{0, 30, 60};
-            return std::vector<double>(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(count));
-        };
-    };
-    EXPECT_EQ(reason_of(layers(2), all), UpReason::terrain);
-    EXPECT_NE(reason_of(layers(3), all), UpReason::terrain);
-}
-
 TEST(UpAxis, IsTheDefaultWhereNothingShowsIt) {
     Points ball, box;
     for (int i = 0; i < 40000; ++i) {
