@@ -47,7 +47,7 @@ def sources_of(build):
                 elif words[at] == "-isystem":
                     at += 1
                     kept += words[at - 1:at + 1]
-                elif words[at] != "-Winvalid-pch":
+                elif words[at] != "-Winvalid-pch" and not words[at].startswith("--param"):  # g++ alone knows them
                     kept.append(words[at])
             at += 1
         for path in ours:
