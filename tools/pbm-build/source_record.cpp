@@ -72,7 +72,7 @@ class FileHashes {
             }
             const auto content = content_of(named.file);
             if (!content)
-                return content;
+                return content.error();
             parts.push_back(*content);
         }
         return hash_of(parts);

@@ -111,9 +111,10 @@ bool Viewer::answer(const KeyEvent &event) {
 
 // Closes the question and goes the way that the user has chosen.
 void Viewer::settle(std::function<void()> way) {
+    const std::function<void()> chosen = std::move(way); // which the question may hold
     question_.reset();
     window_.invalidate();
-    way();
+    chosen();
 }
 
 // What the end of the program, or another model, would lose; empty for nothing. Saved views are in a file at once.

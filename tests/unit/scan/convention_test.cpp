@@ -142,7 +142,7 @@ TEST(Placeholders, OfRaysWithoutAnEchoAreLeftOut) {
     EXPECT_EQ(surface(around + "0 0 0\n0 0 0\n", "scan.xyz").positions.size(), 202U); // two points at the origin
     std::string copies;
     for (int i = 0; i < 40; ++i)
-        copies += around.substr(0, around.find("\n", around.size() / 2) + 1) + "0 0 0\n";
+        copies += around.substr(0, around.find('\n', around.size() / 2) + 1) + "0 0 0\n";
     EXPECT_EQ(report(surface(copies, "scan.xyz"), "placeholders").name, ""); // all points are there 40 times
     const Surface mesh =
         surface("v 0 0 0\nv 9000000 0 1\nv 9000000 1 0\nv 9000001 1 0\nf 1 2 3\nf 2 3 4\n", "scan.obj");

@@ -152,7 +152,7 @@ TEST(OptionalParts, ColoursOfTablesWithoutNamesMayHaveAnOpacityOrALabelBehindThe
         const std::string place = std::to_string(i) + " 0 1.5 ", colour = "200 " + std::to_string(60 + i) + " 30";
         rgba += place + colour + " 255\n";
         labels += place + colour + " " + std::to_string(i % 4) + "\n";
-        pts += place + "7 " + colour + "\n";
+        pts.append(place).append("7 ").append(colour).append("\n");
         parts += place + "0.8 0.25 0.1\n";
     }
     EXPECT_EQ(surface(rgba, "scan.txt").colours[0], (Rgb8{200, 60, 30}));

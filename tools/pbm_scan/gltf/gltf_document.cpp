@@ -183,7 +183,9 @@ template <class T, class Signed> void decode_colours(std::vector<std::uint8_t> &
     for (std::size_t at = 0; at + 4 * sizeof(T) <= bytes.size(); at += 4 * sizeof(T)) {
         auto values = load<std::array<T, 4>>(bytes.data() + at);
         const int scale = std::max(static_cast<int>(std::bit_ceil(values[3] + 1U)) - 1, 1);
-        const int y = values[0], co = static_cast<Signed>(values[1]), cg = static_cast<Signed>(values[2]);
+        const int y = values[0];
+        const int co = int{static_cast<Signed>(values[1])}; // NOLINT(bugprone-signed-char-misuse): a number with a sign
+        const int cg = int{static_cast<Signed>(values[2])}; // NOLINT(bugprone-signed-char-misuse)
         const int opacity = ((values[3] << 1) & scale) | (values[3] & 1);
         const std::array<int, 4> colour{y + co - cg, y + cg, y - co - cg, opacity};
         for (std::size_t i = 0; i < 4; ++i)

@@ -27,7 +27,7 @@ Status decode_and_send(ByteView bytes, ImageFormat format, const ByteSink &send)
         return good;
     send({reinterpret_cast<const std::uint8_t *>(&*size), sizeof *size});
     bool has_stray_bytes = false;
-    const Status decoded = decode_rows(bytes, format, 4, send, &has_stray_bytes);
+    Status decoded = decode_rows(bytes, format, 4, send, &has_stray_bytes);
     const std::array<std::uint8_t, 1> end{static_cast<std::uint8_t>(has_stray_bytes ? 1 : 0)};
     send(end);
     return decoded;

@@ -70,13 +70,12 @@ std::vector<std::string> guessed_names(std::span<const double> values, std::size
         if (left >= 3 && !has_normals && all_are(values, columns, at, is_unit)) {
             names.insert(names.end(), {"nx", "ny", "nz"});
             has_normals = true;
-        } else if (left >= 3 && !has_colours && all_are(values, columns, at, is_colour) &&
-                   (left != 4 || !all_are(values, columns, at + 1, is_colour) ||
-                    is_opacity_or_label(values, columns))) {
+        } else if (!has_colours &&
+                   ((left >= 3 && all_are(values, columns, at, is_colour) &&
+                     (left != 4 || !all_are(values, columns, at + 1, is_colour) ||
+                      is_opacity_or_label(values, columns))) ||
+                    (left == 3 && all_are(values, columns, at, is_fraction)))) { // as Open3D writes .xyzrgb
             names.insert(names.end(), {"r", "g", "b"});
-            has_colours = true;
-        } else if (left == 3 && !has_colours && all_are(values, columns, at, is_fraction)) {
-            names.insert(names.end(), {"r", "g", "b"}); // as Open3D writes .xyzrgb
             has_colours = true;
         } else if (at == 3 && (left == 1 || left == 4)) {
             names.emplace_back("intensity");
