@@ -1,9 +1,14 @@
 """The files that the pages of docs/ name: small ones, made once, of which a block of commands gets those that it names."""
 
 import math
+import pathlib
 import shutil
 import struct
 import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "odd"))
+import make_files  # noqa: E402
 
 
 def mesh(folder, name, is_measured, rings=48):
@@ -48,19 +53,10 @@ def panorama(folder, name, width=64):
 
 def e57(contents):
     """A file of what lies in its pages: each has 1,020 bytes of it and a checksum."""
-
-    def checksum(page):
-        crc = 0xFFFFFFFF
-        for byte in page:
-            crc ^= byte
-            for _ in range(8):
-                crc = crc >> 1 ^ (0x82F63B78 if crc & 1 else 0)
-        return struct.pack(">I", crc ^ 0xFFFFFFFF)
-
     pages = -(-len(contents) // 1020)
     whole = (contents[:16] + struct.pack("<Q", pages * 1024) + contents[24:40] + struct.pack("<Q", 1024) +
              contents[48:]).ljust(pages * 1020, b"\0")
-    return b"".join(page + checksum(page) for page in (whole[at:at + 1020] for at in range(0, len(whole), 1020)))
+    return make_files.e57_pages(whole)
 
 
 MEASURED = ("scan", "bunny")

@@ -76,6 +76,12 @@ def crc32c(data):
     return crc ^ 0xFFFFFFFF
 
 
+def e57_pages(data):
+    """Pages of a file: each has 1,020 bytes and their checksum. `data`: whole pages."""
+    pages = [data[i:i + 1020] for i in range(0, len(data), 1020)]
+    return b"".join(page + struct.pack(">I", crc32c(page)) for page in pages)
+
+
 def e57(names, points, more="", count=None):
     """An E57 file of one scan: a field of doubles for each name, all in one packet."""
     streams = [b"".join(struct.pack("<d", point[i]) for point in points) for i in range(len(names))]
@@ -92,9 +98,7 @@ def e57(names, points, more="", count=None):
     at = 48 + len(section)
     size = (at + len(xml) + 1019) // 1020 * 1020
     start = b"ASTM-E57" + struct.pack("<IIQQQQ", 1, 0, size // 1020 * 1024, at // 1020 * 1024 + at % 1020, len(xml), 1024)
-    data = (start + section + xml).ljust(size, b"\0")
-    pages = [data[i:i + 1020] for i in range(0, size, 1020)]
-    return b"".join(page + struct.pack(">I", crc32c(page)) for page in pages)
+    return e57_pages((start + section + xml).ljust(size, b"\0"))
 
 
 CARTESIAN = ["cartesianX", "cartesianY", "cartesianZ"]

@@ -13,6 +13,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 
 namespace pbm {
@@ -106,25 +107,12 @@ void PlainWalk::draw_point(std::size_t index, const glm::vec3 &image) {
 
 // Draws a point that may reach behind the eye, as a disc that the ray of each pixel is intersected with.
 void PlainWalk::draw_point_around_eye(std::size_t index, const glm::vec3 &image) {
-    const float radius = radius_table()[points_.radii[index]];
-    if (image.z <= -radius)
-        return;
-    const auto [x, y, z, mean_inset] = frame_.normals[points_.normals[index] & kNormalIndexMask];
-    const glm::vec3 normal(x, y, z), point((image.x - frame_.middle_x * image.z) * frame_.inverse_focal,
-                                           (image.y - frame_.middle_y * image.z) * frame_.inverse_focal, image.z);
-    const bool two_sided = (points_.normals[index] & kTwoSidedBit) != 0;
-    if (!two_sided && !projection_.shows_backs && glm::dot(normal, point) > kFacingSlack * glm::length(point))
-        return;
-    float inset = 0;
-    if (!two_sided)
-        inset = offsets_.empty() ? mean_inset : -offset_of(offsets_[index]);
-    const glm::vec3 middle = point - inset * voxel_ * normal;
-    drawn_points_ += draw_near({.centre = {middle.x, middle.y, middle.z},
-                                .normal = {x, y, z},
-                                .radius = radius,
-                                .cone = kPlacedCone * voxel_,
-                                .id = static_cast<std::uint32_t>(index)},
-                               frame_, target_);
+    std::optional<float> offset;
+    if (!offsets_.empty())
+        offset = offset_of(offsets_[index]);
+    drawn_points_ += draw_near({image, points_.normals[index], radius_table()[points_.radii[index]], offset,
+                                static_cast<std::uint32_t>(index)},
+                               voxel_, projection_.shows_backs, frame_, target_);
 }
 
 // Draws the pixels whose centres lie in the ellipse of a point at `pixel`; their depths are those of the splat's plane.

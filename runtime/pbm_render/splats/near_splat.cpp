@@ -2,6 +2,9 @@
 
 #include "pbm_render/picture/framebuffer.h"
 #include "pbm_render/splats/depth_strip.h"
+#include "pbm_render/splats/splat.h"
+
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -77,7 +80,26 @@ void draw_near(std::span<const NearSplat> splats, const FrameGeometry &frame, De
     }
 }
 
-bool draw_near(const NearSplat &splat, const FrameGeometry &frame, Framebuffer &target) {
+bool draw_near(const PointAroundEye &point, float voxel, bool shows_backs, const FrameGeometry &frame,
+               Framebuffer &target) {
+    const glm::vec3 &image = point.image;
+    if (image.z <= -point.radius)
+        return false;
+    const auto [x, y, z, mean_inset] = frame.normals[point.normal & kNormalIndexMask];
+    const glm::vec3 normal(x, y, z), centre((image.x - frame.middle_x * image.z) * frame.inverse_focal,
+                                            (image.y - frame.middle_y * image.z) * frame.inverse_focal, image.z);
+    const bool two_sided = (point.normal & kTwoSidedBit) != 0;
+    if (!two_sided && !shows_backs && glm::dot(normal, centre) > kFacingSlack * glm::length(centre))
+        return false;
+    float inset = 0;
+    if (!two_sided)
+        inset = point.offset ? -*point.offset : mean_inset;
+    const glm::vec3 middle = centre - inset * voxel * normal;
+    const NearSplat splat{.centre = {middle.x, middle.y, middle.z},
+                          .normal = {x, y, z},
+                          .radius = point.radius,
+                          .cone = kPlacedCone * voxel,
+                          .id = point.id};
     const PixelBox box = bounds_of(splat, frame, {0, target.width, 0, target.height});
     if (box.left >= box.right)
         return false;

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 namespace pbm {
@@ -43,8 +44,19 @@ void find_depths(const NearSplat &splat, const FrameGeometry &frame, int y, int 
 
 // Draws the splats where they are nearer than the strip's depths.
 void draw_near(std::span<const NearSplat> splats, const FrameGeometry &frame, DepthStrip &strip);
-// Draws a splat where it is nearer than the depths of `target`, which are grid edges; its id stands for its colour.
-// Returns false if it lies outside of the picture.
-bool draw_near(const NearSplat &splat, const FrameGeometry &frame, Framebuffer &target);
+
+// A point around the eye.
+struct PointAroundEye {
+    glm::vec3 image;             // M * centre of its voxel: pixel times depth, depth
+    std::uint16_t normal;        // as stored
+    float radius;                // grid edges
+    std::optional<float> offset; // of the surface along the normal, voxels; absent: what the normal says
+    std::uint32_t id;            // stands for its colour
+};
+
+// Draws it where it is nearer than the depths of `target`, which are grid edges. `voxel`: edge of its level. Returns
+// false if it lies behind the eye or outside of the picture, or faces away where `shows_backs` is not set.
+bool draw_near(const PointAroundEye &point, float voxel, bool shows_backs, const FrameGeometry &frame,
+               Framebuffer &target);
 
 } // namespace pbm

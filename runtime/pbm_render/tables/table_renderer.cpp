@@ -233,26 +233,12 @@ void TableWalk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
 
 // Draws a point around the eye.
 [[gnu::noinline]] void TableWalk::draw_around_eye(std::size_t index, const glm::vec4 &centre) {
-    const float radius = radii_[point_radii_[index]];
-    if (centre.z <= -radius)
-        return;
-    const std::uint16_t stored = point_normals_[index];
-    const auto [x, y, z, mean_inset] = frame_.normals[stored & kNormalIndexMask];
-    const glm::vec3 normal(x, y, z), point((centre.x - frame_.middle_x * centre.z) * frame_.inverse_focal,
-                                           (centre.y - frame_.middle_y * centre.z) * frame_.inverse_focal, centre.z);
-    const bool two_sided = (stored & kTwoSidedBit) != 0;
-    if (!two_sided && !shows_backs_ && glm::dot(normal, point) > kFacingSlack * glm::length(point))
-        return;
-    float inset = 0;
-    if (!two_sided)
-        inset = offsets_.empty() ? mean_inset : -offset_of(offsets_[index]);
-    const glm::vec3 middle = point - inset * voxel_ * normal;
-    drawn_points += draw_near({.centre = {middle.x, middle.y, middle.z},
-                               .normal = {x, y, z},
-                               .radius = radius,
-                               .cone = kPlacedCone * voxel_,
-                               .id = static_cast<std::uint32_t>(index)},
-                              frame_, target_);
+    std::optional<float> offset;
+    if (!offsets_.empty())
+        offset = offset_of(offsets_[index]);
+    drawn_points += draw_near({glm::vec3(centre), point_normals_[index], radii_[point_radii_[index]], offset,
+                               static_cast<std::uint32_t>(index)},
+                              voxel_, shows_backs_, frame_, target_);
 }
 
 inline void TableWalk::draw(const BlockShape &shape, const ScreenPoint &point) {

@@ -106,7 +106,7 @@ class Viewer {
     };
     void ask(Question question);
     bool answer(const KeyEvent &event);
-    void settle(std::function<void()> way);
+    void settle(std::function<void()> Question::*way);
     std::string losses() const;
     void ask_about_losses(const std::string &what, std::function<void()> accept, bool quits = false);
     void ask_to_save();

@@ -82,7 +82,7 @@ void Viewer::handle_view_key(const KeyEvent &event) {
 
 void Viewer::handle(const EditEvent &event) {
     if (question_ && event.pressed && event.key == EditKey::enter)
-        return settle(std::move(question_->accept));
+        return settle(&Question::accept);
     if (tools_.is_measuring() && event.pressed && !(has_windows() && overlay_.wants_keys()))
         tools_.edit(event.key);
     if (start_page_.is_shown() && event.key == EditKey::enter && event.pressed)
@@ -94,7 +94,7 @@ void Viewer::handle(const EditEvent &event) {
 void Viewer::handle(const CharacterEvent &event) {
     if (question_ && question_->letter != 0 &&
         (event.character | 0x20U) == static_cast<unsigned char>(question_->letter))
-        return settle(std::move(question_->other));
+        return settle(&Question::other);
     if (has_windows() && overlay_.wants_keys())
         pass(event);
 }

@@ -110,11 +110,11 @@ bool Viewer::answer(const KeyEvent &event) {
 }
 
 // Closes the question and goes the way that the user has chosen.
-void Viewer::settle(std::function<void()> way) {
-    const std::function<void()> chosen = std::move(way); // which the question may hold
+void Viewer::settle(std::function<void()> Question::*way) {
+    const Question question = std::move(*question_);
     question_.reset();
     window_.invalidate();
-    chosen();
+    (question.*way)();
 }
 
 // What the end of the program, or another model, would lose; empty for nothing. Saved views are in a file at once.

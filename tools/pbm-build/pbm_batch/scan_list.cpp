@@ -132,10 +132,10 @@ Result<std::vector<fs::path>> scans_of_list(const std::string &list, const fs::p
     return files;
 }
 
-// Where a scan lies below `root`; its name only if it lies elsewhere.
-fs::path place_of(const fs::path &file, const fs::path &root) {
-    const fs::path place = file.lexically_normal().lexically_relative(root);
-    return place.empty() || *place.begin() == ".." ? file.filename() : place;
+// Where a scan lies below `root`; empty if it lies elsewhere.
+fs::path place_below(const fs::path &root, const fs::path &file) {
+    fs::path place = file.lexically_normal().lexically_relative(root);
+    return !place.empty() && *place.begin() == ".." ? fs::path() : place;
 }
 
 // The folder below which both lie.
@@ -153,13 +153,9 @@ fs::path common_folder(const fs::path &a, const fs::path &b) {
 
 // What to do about two scans that become one model: those from elsewhere than below `root` got their names only.
 std::string advice(const Scan &a, const Scan &b, const fs::path &root) {
-    const auto is_elsewhere = [&](const Scan &scan) {
-        const fs::path place = fs::path(scan.input).lexically_normal().lexically_relative(root);
-        return place.empty() || *place.begin() == "..";
-    };
     if (a.name != b.name)
         return "--keep-extension names models after the whole names of scans";
-    if (!is_elsewhere(a) && !is_elsewhere(b))
+    if (!place_below(root, a.input).empty() && !place_below(root, b.input).empty())
         return "rename one of them, or build it by a list of its own";
     return "with --batch-root=" + common_folder(a.input, b.input).string() +
            ", below which both lie, models lie as they do";
@@ -205,7 +201,7 @@ Result<ScanList> read_scan_list(const ScanRequest &request) {
                                                 "of files, too");
     std::unordered_map<std::string, std::size_t> known; // numbers of scans by outputs
     for (const fs::path &file : *files) {
-        const fs::path place = place_of(file, root);
+        const fs::path below = place_below(root, file), place = below.empty() ? file.filename() : below;
         const std::string stem =
             (request.keep_extension ? place : fs::path(uncompressed_name(place.string())).replace_extension()).string();
         std::error_code missing;
