@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Sets everything up and passes the tests: test.sh [STEP...]. Steps, one after the other; without one, the first:
-#   release    build and tests
+#   release    build and tests, but for `subproject`
+#   subproject a build as a part of another project with another compiler; needs what `release` configures
 #   sanitized  tests of what reads foreign bytes and of the C API, with address and undefined-behaviour sanitizers
 #   lint       formatting and static analysis; needs the files that `release` makes
 # The longer forms of tests are left to `ctest --test-dir build/release -C nightly -L nightly`: tests/README.md.
@@ -34,7 +35,12 @@ for part in "$@"; do
     case $part in
     release)
         # All that is tested, and what is installed. Programs of bench/ are measured by people; lint sees that they compile.
-        build_and_test release "man $(printf '%s/all ' system format_spec command_line runtime tools data bindings tests)"
+        build_and_test release "man $(printf '%s/all ' system format_spec command_line runtime tools data bindings tests)" \
+            -E '^install\.subproject$'
+        ;;
+    subproject)
+        step subproject
+        ctest --preset release --output-on-failure -R '^install\.subproject$' || failed+=(subproject)
         ;;
     sanitized) build_and_test asan foreign -L foreign ;;
     lint)
