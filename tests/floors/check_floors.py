@@ -27,9 +27,12 @@ FLOORS = {
     "runtime/viewer": {"system", "pbm_format", "pbm_bake", "pbm_render", "command_line"},
     "tools/pbm_scan": {"system", "pbm_format"},
     "tools/pbm-build/pbm_build": {"system", "pbm_format", "pbm_bake", "pbm_scan"},
-    "tools/pbm-build/pbm_batch": {"system", "pbm_scan", "command_line"},
     "tools/pbm-build/options": {"system", "pbm_format", "pbm_bake", "pbm_scan", "pbm_build", "command_line"},
-    "tools/pbm-build": {"system", "pbm_format", "pbm_bake", "pbm_scan", "pbm_build", "pbm_batch", "options", "command_line"},
+    "tools/pbm-build/sources": {"system", "pbm_format", "pbm_scan", "pbm_build"},
+    "tools/pbm-build/pbm_batch": {
+        "system", "pbm_format", "pbm_scan", "pbm_build", "options", "sources", "command_line"},
+    "tools/pbm-build": {
+        "system", "pbm_format", "pbm_bake", "pbm_scan", "pbm_build", "options", "sources", "pbm_batch", "command_line"},
     "command_line": {"system"},
     "tools/pbm-validate": {"system", "pbm_format", "command_line"},
     "tools/pbm-info": {"system", "pbm_format", "command_line"},

@@ -42,17 +42,6 @@ void announce(std::string_view program, const std::string &folder, std::uint64_t
 
 } // namespace
 
-std::uint64_t likely_need(const Arguments &arguments) {
-    const batch::MemoryEstimate estimate;
-    std::uint64_t need = 0;
-    for (const std::string &input : arguments.inputs) {
-        std::error_code error;
-        if (const auto bytes = fs::file_size(input, error); !error)
-            need += estimate.of(input, bytes);
-    }
-    return need;
-}
-
 std::optional<int> limit_memory(std::string_view program, const Arguments &arguments) {
     const bool is_asked_for = arguments.max_memory != 0;
     const std::uint64_t limit = is_asked_for ? arguments.max_memory : usable_memory() / 4;
@@ -61,7 +50,7 @@ std::optional<int> limit_memory(std::string_view program, const Arguments &argum
         return is_asked_for || !arguments.temp_folder.empty()
                    ? std::optional(command_line::fail(program, "--temp-dir " + folder, paged.error()))
                    : std::nullopt;
-    const std::uint64_t need = likely_need(arguments);
+    const std::uint64_t need = batch::likely_need(arguments.inputs);
     if (need > limit && arguments.verbosity >= command_line::Verbosity::normal)
         announce(program, folder, need, limit);
     return std::nullopt;

@@ -15,7 +15,4 @@ namespace pbm::build {
 // Returns the exit code of an error: 2 if the folder of --temp-dir takes no temporary files.
 std::optional<int> limit_memory(std::string_view program, const Arguments &arguments);
 
-// Bytes that builds of such inputs needed at most; those of a stream are not known.
-std::uint64_t likely_need(const Arguments &arguments);
-
 } // namespace pbm::build

@@ -3,6 +3,8 @@
 #include "system/files/file_names.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 
 namespace pbm::batch {
 namespace {
@@ -45,6 +47,17 @@ void MemoryEstimate::learn(const std::string &scan, std::uint64_t scan_bytes, st
     ++known.builds;
     const double more = static_cast<double>(peak > kProgram ? peak - kProgram : 0);
     known.most = std::max(known.most, more / static_cast<double>(scan_bytes));
+}
+
+std::uint64_t likely_need(std::span<const std::string> scans) {
+    const MemoryEstimate estimate;
+    std::uint64_t need = 0;
+    for (const std::string &scan : scans) {
+        std::error_code error;
+        if (const auto bytes = std::filesystem::file_size(scan, error); !error)
+            need += estimate.of(scan, bytes);
+    }
+    return need;
 }
 
 } // namespace pbm::batch

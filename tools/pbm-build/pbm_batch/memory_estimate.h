@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 
 namespace pbm::batch {
@@ -23,5 +24,8 @@ class MemoryEstimate {
 
     std::map<std::string, Known> by_extension_; // the whole one: ".ply.gz"
 };
+
+// Bytes that one build of all these scans is likely to need at most; those of a stream are not known.
+std::uint64_t likely_need(std::span<const std::string> scans);
 
 } // namespace pbm::batch

@@ -1,4 +1,4 @@
-#include "source_files.h"
+#include "sources/source_files.h"
 
 #include "pbm_build/preparing/poses.h"
 #include "pbm_scan/surface_reader.h"

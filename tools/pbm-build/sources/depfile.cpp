@@ -1,4 +1,4 @@
-#include "depfile.h"
+#include "sources/depfile.h"
 
 #include "pbm_scan/surface/refusal.h"
 

@@ -1,4 +1,4 @@
-#include "source_record.h"
+#include "sources/source_record.h"
 
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/container/layout.h"

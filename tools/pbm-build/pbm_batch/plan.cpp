@@ -1,12 +1,11 @@
-#include "plan.h"
+#include "pbm_batch/plan.h"
 
 #include "command_line/command_line.h"
-#include "depfile.h"
-#include "memory_limit.h"
 #include "pbm_batch/memory_estimate.h"
 #include "pbm_build/parts/part_file.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
+#include "sources/depfile.h"
 #include "system/files/file_names.h"
 #include "system/files/mapped_file.h"
 
@@ -240,7 +239,7 @@ std::string ninja_parts(const Arguments &arguments) {
 // Bytes of memory that a part or the merge needs at most.
 std::uint64_t need_of_part(const Arguments &arguments) {
     // Slurm may count pages of the temporary file that the system keeps.
-    const std::uint64_t need = likely_need(arguments), limit = arguments.max_memory;
+    const std::uint64_t need = batch::likely_need(arguments.inputs), limit = arguments.max_memory;
     return limit == 0 ? need : std::min(need, limit + limit / 2);
 }
 

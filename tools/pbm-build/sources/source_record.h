@@ -4,7 +4,7 @@
 #include "pbm_format/container/content_id.h"
 #include "pbm_format/hashes/hash.h"
 #include "pbm_format/model/model.h"
-#include "source_files.h"
+#include "sources/source_files.h"
 
 #include <optional>
 #include <span>
