@@ -86,6 +86,9 @@ HWY_INLINE RecordLanes read_records(const PointRun &run, std::size_t first, std:
 
 // Whether no normal of the cones faces the eye anywhere in the bricks. `sight`: from the eye to the bricks' centres;
 // `along`: its product with the cones' axes; `reach`: the bricks' radii; all in eye space.
+//
+// A point lies at sight + d, with |d| <= reach. For each normal n of the cone, n . sight >= |sight| (turned cosine -
+// sines) and n . d >= -reach. So all points face away where the sum of both is above the slack.
 HWY_INLINE Mask faces_away(IntVector cone_cosine, const Vector3 &sight, Vector along, Vector reach,
                            float slack = kFacingSlack) {
     const Floats d;
