@@ -252,6 +252,7 @@ Result<Model> build_of_arrays(std::vector<ArrayScan> scans, BuildOptions &option
         reading.is_one_of_several = scans.size() > 1;
         reading.strict = options.strict;
         reading.keep_placeholders = options.keep_placeholders;
+        reading.min_opacity = options.min_opacity;
         reading.dropped_classes = options.dropped_classes;
         Result<Surface> surface = build::finished(std::move(scan.surface), reading);
         if (!surface)

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -504,11 +505,46 @@ TEST(Gltf, EveryCutAndWrongReferenceIsRefused) {
     EXPECT_TRUE(has(changed("/nodes/0/children", {0}), "child of itself"));
     EXPECT_TRUE(has(changed("/scenes/0/nodes", {8}), "nodes[8] does not exist"));
     EXPECT_TRUE(has(changed("/asset/version", "1.0"), "glTF 1"));
-    EXPECT_TRUE(has(changed("/extensionsRequired", {"KHR_gaussian_splatting"}), "requires 'KHR_gaussian_splatting'"));
+    EXPECT_TRUE(has(changed("/extensionsRequired", {"EXT_unknown"}), "requires 'EXT_unknown'"));
     Glb beyond;
     const auto few = beyond.floats({0, 0, 0, 1, 0, 0, 1, 1, 0}, "VEC3", 3), four = beyond.indices({0, 1, 3});
     beyond.show({{{"attributes", {{"POSITION", few}}}, {"indices", four}}});
     EXPECT_TRUE(has(refusal(beyond), "meshes[0].primitives[0]: vertex index 3, but there are 3 vertices"));
+}
+
+// The second splat is faint, the node doubles and turns: the shortest axis, x, becomes y.
+TEST(Gltf, GaussianSplatsAreDiscs) {
+    Glb glb;
+    const auto positions = glb.floats({1, 0, 0, 5, 5, 5, 0, 0, 1}, "VEC3", 3);
+    const auto rotations = glb.floats({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, "VEC4", 4);
+    const auto opacities = glb.floats({1, 0.1F, 0.9F}, "SCALAR", 1);
+    const auto coefficients = glb.floats({0, 0, 0, 0, 0, 0, 9, -9, 0}, "VEC3", 3);
+    const auto read_with = [&](const std::vector<float> &scales) {
+        Glb file = glb;
+        const auto scale = file.floats(scales, "VEC3", 3);
+        file.show({{{"mode", 0},
+                    {"attributes",
+                     {{"POSITION", positions},
+                      {"KHR_gaussian_splatting:ROTATION", rotations},
+                      {"KHR_gaussian_splatting:SCALE", scale},
+                      {"KHR_gaussian_splatting:OPACITY", opacities},
+                      {"KHR_gaussian_splatting:SH_DEGREE_0_COEF_0", coefficients}}},
+                    {"extensions", {{"KHR_gaussian_splatting", json::object()}}}}},
+                  {{"scale", {2, 2, 2}}, {"rotation", {0, 0, std::sqrt(0.5), std::sqrt(0.5)}}});
+        file.doc["extensionsUsed"] = {"KHR_gaussian_splatting"};
+        return test::surface(file.file(), "scan.glb");
+    };
+    const Surface s = read_with({0.1F, 0.2F, 0.8F, 1, 1, 1, 0.1F, 0.2F, 0.8F});
+    ASSERT_EQ(s.positions.size(), 2U);
+    EXPECT_NEAR(s.positions[0].y, 2, 1e-6);
+    EXPECT_NEAR(std::abs(s.normals[0].y), 1, 1e-6);
+    EXPECT_NEAR(s.radii[0], 0.8, 1e-6); // 2 sqrt(0.2 * 0.8)
+    EXPECT_EQ(s.two_sided, (std::vector<std::uint8_t>{1, 1}));
+    EXPECT_EQ(s.colours[0], (Rgb8{128, 128, 128}));
+    EXPECT_EQ(s.colours[1], (Rgb8{255, 0, 128}));
+    EXPECT_TRUE(test::has(test::note_of(s, "opacity"), "1 of 3 splats"));
+    const Surface logarithms = read_with({-3, -2, -1, 1, 1, 1, -3, -2, -1});
+    EXPECT_NEAR(logarithms.radii[0], 2 * std::exp(-1.5), 1e-5);
 }
 
 } // namespace

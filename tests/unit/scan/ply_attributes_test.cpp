@@ -141,7 +141,7 @@ TEST(PlyAttributes, AGaussianSplatsMeanColourIsConverted) {
     EXPECT_EQ(s.colours[2], (Colour{0, 128, 128}));
     EXPECT_TRUE(s.normals.empty());
     EXPECT_EQ(report(s, "vertex.f_dc_0 f_dc_1 f_dc_2").fate, Fate::converted);
-    EXPECT_TRUE(has(report(s, "vertex.f_rest_0").note, "Gaussian"));
+    EXPECT_TRUE(has(report(s, "vertex.f_rest_0").note, "direction"));
     EXPECT_TRUE(has(report(s, "vertex.opacity").note, "opaque"));
     // Ordinary colours take precedence.
     const Surface own =

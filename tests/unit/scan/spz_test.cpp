@@ -81,7 +81,9 @@ void expect_splats(const Surface &s) {
     // 0.5 + 0.2820948 (1 - 0.5) / 0.15 is beyond white, 0.5 + 0.2820948 (128 / 255 - 0.5) / 0.15 is 0.5037.
     EXPECT_EQ(s.colours[0], (Rgb8{255, 0, 0}));
     EXPECT_EQ(s.colours[1], (Rgb8{128, 128, 128}));
-    EXPECT_TRUE(reports(s, "opacity", Fate::dropped));
+    EXPECT_TRUE(has(note_of(s, "opacity"), "0 of 2 splats")); // 0xFF and 0x33: 1 and 0.2
+    EXPECT_NEAR(s.radii[0], std::exp('S' / 16.0 - 10), 1e-6);
+    EXPECT_EQ(s.two_sided.size(), 2U);
 }
 
 TEST(Spz, VersionsTwoToFourAreRead) {
@@ -92,6 +94,22 @@ TEST(Spz, VersionsTwoToFourAreRead) {
     const Result<Surface> s = read(spz(3), "scan", {.fields = {"opacity"}});
     ASSERT_TRUE(s);
     EXPECT_EQ(s->field_values[0][1].number, 0.2);
+}
+
+// The shortest axis is the first one, turned by a quarter about z.
+TEST(Spz, DiscsFollowScalesAndRotations) {
+    const std::string scales = std::string("\x50\x70\x70", 3),
+                      place = fixed(1) + fixed(2) + fixed(3) + "\xFF\x80\x80\x80";
+    const auto of = [&](std::uint32_t version, const std::string &rotation) {
+        return surface(header(version, 1, 0) + place + scales + rotation, "scan");
+    };
+    const double half = std::sqrt(0.5);
+    const auto byte = [](double value) { return static_cast<char>(std::lround((value + 1) * 127.5)); };
+    const auto packed = static_cast<std::uint32_t>(3u << 30 | std::lround(511 * half / half)); // w is the largest
+    for (const Surface &s : {of(2, std::string{byte(0), byte(0), byte(half)}), of(3, raw(packed))}) {
+        EXPECT_NEAR(std::abs(s.normals[0].y), 1, 0.02);
+        EXPECT_NEAR(s.radii[0], std::exp(0x70 / 16.0 - 10), 1e-5);
+    }
 }
 
 TEST(Spz, VersionOneHasHalfFloats) {

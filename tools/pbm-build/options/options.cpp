@@ -324,6 +324,8 @@ void add_field_options(CommandLine &line, Arguments &arguments) {
     line.add("--drop-class", "Leave out points of these classes: numbers, or names such as noise,water",
              command_line::stored(parse_classes, options.dropped_classes),
              {.type = "LIST", .check = command_line::readable(parse_classes)});
+    line.add("--min-opacity", "Leave out Gaussian splats that are fainter, 0..1; default 0.2; the others are opaque",
+             &options.min_opacity, {.check = command_line::Numbers{0, 1}});
     line.add("--keep-placeholders", "Keep points that stand for no measurement: 0 0 0 of rays without an echo, -9999",
              &options.keep_placeholders);
 }

@@ -1,5 +1,7 @@
 #include "pbm_scan/gltf/gltf_primitives.h"
 
+#include "pbm_format/model/point_values.h"
+#include "pbm_scan/clouds/gaussian_splats.h"
 #include "pbm_scan/gltf/gltf_draco.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
@@ -44,12 +46,20 @@ void add_triangles(Mode mode, const std::vector<std::uint32_t> &corners, GltfPri
     out.degenerate = degenerate;
 }
 
+constexpr std::string_view kSplatPrefix = "KHR_gaussian_splatting:";
+constexpr const char *kRotations = "KHR_gaussian_splatting:ROTATION", *kScales = "KHR_gaussian_splatting:SCALE",
+                     *kOpacities = "KHR_gaussian_splatting:OPACITY",
+                     *kCoefficients = "KHR_gaussian_splatting:SH_DEGREE_0_COEF_0";
+
+bool has_splats(const Json &attributes) { return index_of(&attributes, kRotations).has_value(); }
+
 std::string numbered(const char *name, std::size_t set) { return name + std::to_string(set); }
 
 } // namespace
 
-GltfPrimitives::GltfPrimitives(GltfDocument &document, GltfMaterials &materials, std::vector<AttributeReport> &report)
-    : document_(document), materials_(materials), report_(report) {
+GltfPrimitives::GltfPrimitives(GltfDocument &document, GltfMaterials &materials, const ReadOptions &options,
+                               std::vector<AttributeReport> &report)
+    : document_(document), materials_(materials), options_(options), report_(report) {
     const Json *const meshes = document_.root("meshes");
     for (std::size_t mesh = 0; mesh < items(meshes); ++mesh) {
         const Json *const primitives = member(item(meshes, mesh), "primitives");
@@ -105,8 +115,14 @@ Result<std::vector<GltfPrimitive>> GltfPrimitives::read_mesh(std::size_t mesh, c
 
 void GltfPrimitives::report_attributes(const Json &attributes, const GltfPrimitive &out, bool has_skin) {
     const bool has_image = out.material->texture != Surface::kNoTexture;
+    const bool are_splats = has_splats(attributes);
     for (const auto &[name, accessor] : attributes.items()) {
         const bool moves = has_skin && (name.starts_with("JOINTS_") || name.starts_with("WEIGHTS_"));
+        if (are_splats && name.starts_with(kSplatPrefix)) {
+            if (name.find("SH_DEGREE_0") == std::string::npos && name.find("SH_DEGREE") != std::string::npos)
+                drop_once(report_, "spherical harmonics", kSplatHarmonicsNote);
+            continue;
+        }
         const bool is_used = name == "POSITION" || name == "NORMAL" || name == "COLOR_0" || moves ||
                              (has_image && name == out.material->coordinates);
         if (!is_used && index_of(&accessor))
@@ -154,6 +170,8 @@ Status GltfPrimitives::read_primitive(const Json &described, const std::vector<d
                          " vertices");
     if (Status morphed = morph(reading, out); !morphed)
         return morphed;
+    if (out.is_points && has_splats(*attributes))
+        return read_splats(reading, out);
     if (!out.is_points)
         add_triangles(static_cast<Mode>(mode), reading.corners, out);
     return {};
@@ -259,6 +277,60 @@ Status GltfPrimitives::read_plain(Reading &reading, GltfPrimitive &out) {
         if (Status read = read_attribute(reading, from, out.material->coordinates.c_str(), 2, out.places); !read)
             return read;
     return reading.has_skin ? read_joints(reading, out) : Status();
+}
+
+// Puts discs in place of Gaussian splats, and leaves faint ones out.
+// Based on: Khronos Group. KHR_gaussian_splatting. 2025
+Status GltfPrimitives::read_splats(Reading &reading, GltfPrimitive &out) {
+    const std::size_t count = out.vertices();
+    std::vector<float> rotations, scales, opacities, coefficients;
+    for (const auto &[name, components, values] : {std::tuple(kRotations, std::size_t{4}, &rotations),
+                                                   {kScales, std::size_t{3}, &scales},
+                                                   {kOpacities, std::size_t{1}, &opacities},
+                                                   {kCoefficients, std::size_t{3}, &coefficients}}) {
+        if (Status read = read_attribute(reading, reading.attributes, name, components, *values); !read)
+            return read;
+        if (!values->empty() && values->size() != count * components)
+            return bad_input(std::string(name) + " are not as many as POSITION");
+    }
+    if (scales.empty())
+        return bad_input(std::string(kScales) + " is missing");
+    // Files of drafts of the extension have logarithms.
+    const bool are_logarithms = std::any_of(scales.begin(), scales.end(), [](float scale) { return scale < 0; });
+    const auto scale = [&](std::size_t i) { return are_logarithms ? exponential(scales[i]) : scales[i]; };
+    const bool has_own_colours = !coefficients.empty();
+    std::vector<float> positions, colours;
+    out.normals.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!opacities.empty() && is_faint(opacities[i], options_))
+            continue;
+        const SplatDisc disc =
+            disc_of({scale(3 * i), scale(3 * i + 1), scale(3 * i + 2)},
+                    {rotations[4 * i + 3], rotations[4 * i], rotations[4 * i + 1], rotations[4 * i + 2]});
+        positions.insert(positions.end(), &out.positions[3 * i], &out.positions[3 * i] + 3);
+        out.normals.insert(out.normals.end(), {disc.normal.x, disc.normal.y, disc.normal.z});
+        out.radii.push_back(disc.radius);
+        if (has_own_colours) {
+            for (const std::uint8_t channel :
+                 splat_colour({coefficients[3 * i], coefficients[3 * i + 1], coefficients[3 * i + 2]}))
+                colours.push_back(static_cast<float>(linear_table()[channel]) / 65535);
+            colours.push_back(1);
+        } else if (!out.colours.empty()) {
+            colours.insert(colours.end(), &out.colours[4 * i], &out.colours[4 * i] + 4);
+        }
+    }
+    splats_ += count;
+    faint_splats_ += count - out.radii.size();
+    out.positions = std::move(positions);
+    out.colours = std::move(colours);
+    return {};
+}
+
+void GltfPrimitives::report_splats() {
+    if (splats_ == 0)
+        return;
+    report_.push_back({"KHR_gaussian_splatting", Fate::converted, kSplatShapeNote});
+    report_.push_back(faint_splats_report(faint_splats_, splats_, options_));
 }
 
 // All sets of four joints of each vertex, one set behind the other.

@@ -17,6 +17,7 @@ namespace pbm::build {
 // A part of a mesh in its own coordinates. Arrays are parallel to `positions`, or empty.
 struct GltfPrimitive {
     std::vector<float> positions, normals, places, colours; // 3, 3, 2, 4 numbers each; colours linear
+    std::vector<float> radii;                               // of Gaussian splats; 0: not known
     std::vector<float> joints, weights;                     // numbers per vertex: 4 joint_sets
     std::size_t joint_sets = 0;
     std::vector<glm::uvec3> triangles;
@@ -30,7 +31,8 @@ struct GltfPrimitive {
 class GltfPrimitives {
   public:
     // `report` gets lines for what is dropped.
-    GltfPrimitives(GltfDocument &document, GltfMaterials &materials, std::vector<AttributeReport> &report);
+    GltfPrimitives(GltfDocument &document, GltfMaterials &materials, const ReadOptions &options,
+                   std::vector<AttributeReport> &report);
 
     // The primitives of a mesh, with morph targets of these weights, and with joints if a skin moves them. Each is read
     // once. A primitive that shares an accessor with others, and names few of its vertices, has those alone: time and
@@ -40,6 +42,9 @@ class GltfPrimitives {
     //         too_large  many more vertices or indices than the file has bytes
     Result<const std::vector<GltfPrimitive> *> of_mesh(std::size_t mesh, const std::vector<double> &weights,
                                                        bool has_skin);
+
+    // Reports Gaussian splats, if there are any. Call it last.
+    void report_splats();
 
     // Reports vertices of shared accessors that no primitive names. Call it last.
     void report_loose();
@@ -72,18 +77,21 @@ class GltfPrimitives {
     static void compact(Reading &reading, Shared &vertices);
     Status read_attribute(Reading &reading, const Json &from, const char *name, std::size_t components,
                           std::vector<float> &to);
+    Status read_splats(Reading &reading, GltfPrimitive &out);
     Status read_joints(Reading &reading, GltfPrimitive &out);
     Status morph(Reading &reading, GltfPrimitive &out);
     void report_attributes(const Json &attributes, const GltfPrimitive &out, bool has_skin);
 
     GltfDocument &document_;
     GltfMaterials &materials_;
+    const ReadOptions &options_;
     std::vector<AttributeReport> &report_;
     std::map<std::tuple<std::size_t, std::vector<double>, bool>, std::vector<GltfPrimitive>> meshes_;
     std::map<std::size_t, std::size_t> uses_;                                  // of accessors of positions
     std::map<std::size_t, Shared> shared_;                                     // by the accessor of positions
     std::map<std::pair<std::size_t, std::size_t>, std::vector<float>> values_; // by accessor and components, of these
-    std::uint64_t vertices_ = 0, corners_ = 0;                                 // read so far
+    std::size_t splats_ = 0, faint_splats_ = 0;
+    std::uint64_t vertices_ = 0, corners_ = 0; // read so far
 };
 
 } // namespace pbm::build

@@ -21,11 +21,11 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::array<std::string_view, 12> kExtensions{
+constexpr std::array<std::string_view, 13> kExtensions{
     "KHR_texture_transform",   "KHR_mesh_quantization",   "KHR_materials_unlit", "KHR_draco_mesh_compression",
     "EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_texture_webp",    "KHR_materials_pbrSpecularGlossiness",
     "KHR_texture_basisu", // the image is dropped, and said
-    "KHR_node_visibility",     "EXT_mesh_gpu_instancing", "CESIUM_RTC"};
+    "KHR_node_visibility",     "EXT_mesh_gpu_instancing", "CESIUM_RTC",          "KHR_gaussian_splatting"};
 
 // A matrix, and what it makes of normals.
 struct Placing {
@@ -43,7 +43,7 @@ class GltfReader {
     GltfReader(GltfDocument &document, const ReadOptions &options)
         : document_(document), options_(options), report_(document.report()),
           materials_(document, options.default_material, surface_, report_),
-          primitives_(document, materials_, report_) {}
+          primitives_(document, materials_, options, report_) {}
 
     Result<Surface> run() {
         if (const Status known = check_extensions(); !known)
@@ -151,9 +151,22 @@ class GltfReader {
             const double length = glm::length(turned);
             surface_.normals.emplace_back(length > 0 && std::isfinite(length) ? turned / length : glm::dvec3(0));
         }
+        has_normals_ = has_normals_ || (!primitive.normals.empty() && primitive.radii.empty());
+        add_discs(primitive, first, std::cbrt(std::abs(placing.determinant)));
         add_colours(primitive, first);
         add_triangles(primitive, first, is_mirrored);
         return {};
+    }
+
+    // Radii of Gaussian splats, which show both of their sides.
+    void add_discs(const GltfPrimitive &primitive, std::size_t first, double scale) {
+        if (primitive.radii.empty())
+            return;
+        surface_.radii.resize(first, 0.0F);
+        surface_.two_sided.resize(first, 0);
+        for (const float radius : primitive.radii)
+            surface_.radii.push_back(static_cast<float>(scale * static_cast<double>(radius)));
+        surface_.two_sided.resize(surface_.positions.size(), 1);
     }
 
     void add_triangles(const GltfPrimitive &primitive, std::size_t first, bool is_mirrored) {
@@ -192,7 +205,7 @@ class GltfReader {
             }
             surface_.colours.push_back(colour);
         }
-        has_vertex_colours_ = has_vertex_colours_ || !primitive.colours.empty();
+        has_vertex_colours_ = has_vertex_colours_ || (!primitive.colours.empty() && primitive.radii.empty());
         // A material without image or factor has the default colour, not white.
         has_factor_ = has_factor_ || material.factor != glm::vec4(1);
     }
@@ -200,10 +213,15 @@ class GltfReader {
     Result<Surface> finish() {
         if (!surface_.normals.empty())
             surface_.normals.resize(surface_.positions.size(), glm::vec3(0));
+        if (!surface_.radii.empty()) {
+            surface_.radii.resize(surface_.positions.size(), 0.0F);
+            surface_.two_sided.resize(surface_.positions.size(), 0);
+        }
         finish_materials();
         const auto kept = [&](const char *name, const char *note) {
             surface_.report.push_back({name, Fate::kept, note});
         };
+        primitives_.report_splats();
         primitives_.report_loose();
         kept("POSITION", "positions, with the transforms of the nodes");
         if (has_skins_)
@@ -212,7 +230,7 @@ class GltfReader {
             surface_.report.push_back({"skins", Fate::dropped, "no node of the scene has one"});
         if (!surface_.triangles.empty() || surface_.dropped_triangles != 0)
             kept("primitives", "triangles");
-        if (!surface_.normals.empty())
+        if (has_normals_)
             kept("NORMAL", "normals");
         if (has_vertex_colours_)
             surface_.report.push_back({"COLOR_0", Fate::converted, "sRGB, 8 bits, times the material's factor"});
@@ -253,7 +271,8 @@ class GltfReader {
     GltfMaterials materials_;
     GltfPrimitives primitives_;
     std::vector<std::uint16_t> materials_of_; // [vertices]
-    bool has_colours_ = false, has_vertex_colours_ = false, has_factor_ = false, has_skins_ = false;
+    bool has_colours_ = false, has_vertex_colours_ = false, has_factor_ = false, has_normals_ = false,
+         has_skins_ = false;
 };
 
 } // namespace

@@ -116,6 +116,9 @@ template <class Source> class BodyReader {
         allocate(body_.material_ids, roles_.material_index);
         for (std::size_t i = 0; i < roles_.bytes.size(); ++i)
             allocate(body_.bytes[i], roles_.bytes[i]);
+        for (std::size_t i = 0; i < roles_.splat.size(); ++i)
+            if (roles_.splat[i] != nullptr && roles_.splat[i]->role == PlyRole::splat)
+                body_.splat[i].resize(count);
         body_.fields.resize(roles_.fields.size());
         for (std::vector<double> &field : body_.fields)
             field.resize(count);
@@ -145,6 +148,8 @@ template <class Source> class BodyReader {
             return place(body_.places, Column::Kind::float32, 4, PlyRole::u);
         if (role == PlyRole::field)
             return place(body_.fields[roles_.field_number(property)], Column::Kind::float64, 8, role);
+        if (role == PlyRole::splat)
+            return place(body_.splat[roles_.splat_number(property)], Column::Kind::float32, 4, role);
         if (role == PlyRole::byte)
             return place(body_.bytes[roles_.byte_attribute(property)], Column::Kind::uint8, 1, role);
         return {};

@@ -23,6 +23,7 @@ struct PlyBody {
     std::vector<float> radii;
     std::vector<float> material_ids; // as in the file, unchecked
     std::array<std::vector<std::uint8_t>, kByteAttributes.size()> bytes;
+    std::array<std::vector<float>, 8> splat;      // PlyRoles::splat, as in the file; empty: absent, or a field
     std::vector<glm::vec4> face_colours;          // sums over the faces at a vertex, as in the file; w: their number
     std::vector<glm::uvec3> triangles;            // indices in range, three different ones
     std::vector<std::uint32_t> grid_cells;        // of a range image, row by row: an index in range or kEmptyCell

@@ -1,6 +1,6 @@
 #include "pbm_scan/ply/ply_colours.h"
 
-#include "pbm_scan/clouds/splat_colour.h"
+#include "pbm_scan/clouds/gaussian_splats.h"
 #include "pbm_scan/conventions/colour_range.h"
 #include "pbm_scan/text/text_number.h"
 

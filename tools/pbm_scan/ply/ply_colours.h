@@ -17,7 +17,7 @@ struct PlyOutcome {
 //
 // uchar is kept. For other types nearly all values determine the range (conventions/colour_range.h). Negative numbers
 // and NaN become 0, except for char, whose numbers are bytes declared with a sign. f_dc_0 f_dc_1 f_dc_2 of a Gaussian
-// splat: clouds/splat_colour.h.
+// splat: clouds/gaussian_splats.h.
 PlyOutcome finish_colours(const PlyRoles &roles, PlyBody &body, Surface &surface);
 PlyOutcome finish_face_colours(const PlyRoles &roles, PlyBody &body, Surface &surface);
 

@@ -40,6 +40,7 @@ enum class PlyRole : std::uint8_t {
     radius,
     material_index,
     byte,  // one of kByteAttributes (surface.h)
+    splat, // of the shape of a Gaussian splat: one of PlyRoles::splat
     field, // a number that is kept as a field (field_column.h)
     u,     // of a vertex: place in the image
     v,

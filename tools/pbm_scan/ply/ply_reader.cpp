@@ -1,8 +1,10 @@
 #include "pbm_scan/ply/ply_reader.h"
 
+#include "pbm_scan/clouds/gaussian_splats.h"
 #include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/images/files_beside.h"
 #include "pbm_scan/images/texture_images.h"
+#include "pbm_scan/ply/packed_splats.h"
 #include "pbm_scan/ply/ply_body.h"
 #include "pbm_scan/ply/ply_colours.h"
 #include "pbm_scan/ply/ply_damage.h"
@@ -21,6 +23,7 @@ struct Outcomes {
     PlyOutcome normals, colours, face_colours, radii, material_ids, grid;
     PlyOutcome positions{.note = "positions"}, materials{.note = "material"}, faces{.note = "polygons as triangles"};
     PlyOutcome images{Fate::converted, "colours of points"};
+    PlyOutcome splats{Fate::converted, kSplatShapeNote};
     PlyOutcome fields, classes;
     PlyOutcome strips{Fate::converted, "strips to triangles"};
     std::array<PlyOutcome, kByteAttributes.size()> bytes;
@@ -38,6 +41,28 @@ PlyOutcome finish_normals(PlyBody &body, Surface &surface) {
     surface.normals = std::move(body.normals);
     return {Fate::kept,
             absent == 0 ? "normals" : std::to_string(absent) + " have no length: taken from their neighbours"};
+}
+
+// The shapes of Gaussian splats: the file has logarithms of scales, w x y z of rotations, logits of opacities.
+GaussianSplats splats_of(const PlyRoles &roles, const PlyBody &body) {
+    const std::size_t count = body.positions.size();
+    const auto value = [&](std::size_t i, std::size_t row) {
+        return !body.splat[i].empty() ? body.splat[i][row]
+                                      : static_cast<float>(body.fields[roles.field_number(*roles.splat[i])][row]);
+    };
+    constexpr std::size_t kThickness = 2, kRotation = 3, kOpacity = 7;
+    GaussianSplats splats;
+    splats.scales.reserve(count);
+    splats.rotations.reserve(count);
+    for (std::size_t row = 0; row < count; ++row) {
+        const float thickness = roles.splat[kThickness] != nullptr ? exponential(value(kThickness, row)) : 0;
+        splats.scales.emplace_back(exponential(value(0, row)), exponential(value(1, row)), thickness);
+        splats.rotations.emplace_back(value(kRotation, row), value(kRotation + 1, row), value(kRotation + 2, row),
+                                      value(kRotation + 3, row));
+        if (roles.splat[kOpacity] != nullptr)
+            splats.opacities.push_back(1 / (1 + exponential(-value(kOpacity, row))));
+    }
+    return splats;
 }
 
 PlyOutcome finish_radii(PlyBody &body, Surface &surface) {
@@ -176,7 +201,8 @@ Result<Outcomes> finish(const PlyHeader &header, const PlyRoles &roles, PlyBody 
     surface.triangles = std::move(body.triangles);
     surface.dropped_triangles = body.degenerate_triangles;
     if (roles.normal[0] != nullptr)
-        outcomes.normals = finish_normals(body, surface);
+        outcomes.normals = roles.has_splats() ? PlyOutcome{Fate::converted, "the shapes of the splats give them"}
+                                              : finish_normals(body, surface);
     if (roles.colour[0] != nullptr)
         outcomes.colours = finish_colours(roles, body, surface);
     if (!body.face_colours.empty())
@@ -215,6 +241,7 @@ const PlyOutcome *outcome_of(const PlyElement &element, const PlyProperty &prope
            : role <= PlyRole::blue           ? kind == PlyKind::vertex ? &outcomes.colours : &outcomes.face_colours
            : role == PlyRole::radius         ? &outcomes.radii
            : role == PlyRole::material_index ? &outcomes.material_ids
+           : role == PlyRole::splat          ? &outcomes.splats
            : role == PlyRole::byte           ? &outcomes.bytes[roles.byte_attribute(property)]
            : role == PlyRole::field          ? &property == roles.only_classes ? &outcomes.classes : &outcomes.fields
            : role == PlyRole::u || role == PlyRole::v || role == PlyRole::corner_places || role == PlyRole::image
@@ -315,11 +342,14 @@ Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
     Result<PlyHeader> header = read_ply_header(bytes);
     if (!header)
         return header.error();
+    if (are_packed_splats(*header))
+        return read_packed_splats(bytes, *header, options);
     Result<PlyRoles> roles = resolve_roles(*header);
     if (!roles)
         return roles.error();
     Surface surface;
     const std::vector<FieldColumn> fields = keep_fields(*header, *roles, options, surface);
+    assign_splats(*header, *roles);
     if (const std::optional<Error> text = text_in_binary_body(bytes, *header))
         return *text;
     Result<PlyBody> body = read_ply_body(bytes, *header, *roles, options);
@@ -337,6 +367,7 @@ Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
     for (std::size_t f = 0; f < fields.size(); ++f)
         for (const double value : body->fields[f])
             fields[f].add(value);
+    const GaussianSplats splats = roles->has_splats() ? splats_of(*roles, *body) : GaussianSplats();
     body->fields.clear();
     Result<Outcomes> outcomes = finish(*header, *roles, *body, options.default_material, surface);
     if (!outcomes)
@@ -346,11 +377,12 @@ Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
     if (!header->texture_files.empty())
         outcomes->images = finish_images(file, *header, *body, surface);
     if (roles->splat_colours) { // as the method's own program writes them
-        surface.convention.up = UpAxis::y;
-        surface.convention.is_firm = false;
-        surface.convention.up_reason = "as Gaussian splats in PLY have it, whose y points downwards";
+        surface.convention = splat_convention();
     }
     write_report(*header, *roles, *outcomes, surface);
+    if (roles->has_splats())
+        if (Status shown = show_discs(surface, splats, options); !shown)
+            return shown.error();
     report_trailing(surface.report, trailing,
                     "after the last element, at byte " + std::to_string(bytes.size() - trailing));
     if (trailing == 0 && header->encoding == PlyEncoding::ascii && !ends_word(static_cast<char>(bytes.back())))

@@ -1,6 +1,6 @@
 #include "pbm_scan/ply/ply_roles.h"
 
-#include "pbm_scan/clouds/splat_colour.h"
+#include "pbm_scan/clouds/gaussian_splats.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
 
@@ -169,6 +169,25 @@ Result<PlyRoles> resolve_roles(PlyHeader &header) {
     return roles;
 }
 
+void assign_splats(PlyHeader &header, PlyRoles &roles) {
+    constexpr std::array<std::string_view, 8> kNames{"scale_0", "scale_1", "scale_2", "rot_0",
+                                                     "rot_1",   "rot_2",   "rot_3",   "opacity"};
+    const auto may_be_absent = [](std::string_view name) { return name == "scale_2" || name == "opacity"; };
+    if (!roles.splat_colours)
+        return;
+    std::array<PlyProperty *, kNames.size()> found{};
+    for (std::size_t i = 0; i < kNames.size(); ++i) {
+        found[i] = property_named(*element_named(header, "vertex"), kNames[i]);
+        if (found[i] == nullptr && !may_be_absent(kNames[i]))
+            return;
+    }
+    for (std::size_t i = 0; i < kNames.size(); ++i) {
+        roles.splat[i] = found[i];
+        if (found[i] != nullptr && found[i]->role == PlyRole::none)
+            found[i]->role = PlyRole::splat;
+    }
+}
+
 std::vector<PlyProperty *> free_numbers(PlyHeader &header) {
     std::vector<PlyProperty *> numbers;
     for (PlyProperty &property : element_named(header, "vertex")->properties)
@@ -192,8 +211,10 @@ std::string_view drop_reason(const PlyElement &element, const PlyProperty &prope
     if (is_any(name, {"red", "green", "blue", "r", "g", "b", "diffuse_red", "diffuse_green", "diffuse_blue"}))
         return element.kind == PlyKind::vertex ? "a colour needs red, green and blue, and only the first one counts"
                                                : "the vertices have colours of their own";
-    if (starts_with_any(name, {"f_dc_", "f_rest_", "scale_", "rot_"}))
-        return kSplatShapeNote;
+    if (starts_with_any(name, {"f_dc_", "f_rest_"}))
+        return kSplatHarmonicsNote;
+    if (starts_with_any(name, {"scale_", "rot_"}))
+        return "the shape of a Gaussian splat needs scale_0 scale_1 rot_0 rot_1 rot_2 rot_3";
     if (is_any(name, {"confidence", "quality", "intensity", "value", "curvature"}) ||
         starts_with_any(name, {"scalar_"}))
         return "a measurement that is not shown";

@@ -23,13 +23,18 @@ struct PlyRoles {
     const PlyProperty *material_red = nullptr;                    // of element material
     std::array<const PlyProperty *, 2> place{};                   // u v of a vertex
     const PlyProperty *corner_places = nullptr, *image = nullptr; // of a face
-    bool splat_colours = false; // coefficients of spherical harmonics: f_dc_0 f_dc_1 f_dc_2
+    std::array<const PlyProperty *, 8> splat{}; // scale_0 .. 2, rot_0 .. 3, opacity; scale_2 and opacity may be absent
+    bool splat_colours = false;                 // coefficients of spherical harmonics: f_dc_0 f_dc_1 f_dc_2
 
     std::vector<const PlyProperty *> fields;   // numbers of a vertex that are kept
     const PlyProperty *only_classes = nullptr; // the one of `fields` that is read for --drop-class alone
 
     std::size_t field_number(const PlyProperty &property) const { // its index in `fields`
         return static_cast<std::size_t>(std::find(fields.begin(), fields.end(), &property) - fields.begin());
+    }
+    bool has_splats() const { return splat[0] != nullptr; }
+    std::size_t splat_number(const PlyProperty &property) const { // its index in `splat`
+        return static_cast<std::size_t>(std::find(splat.begin(), splat.end(), &property) - splat.begin());
     }
     std::size_t byte_attribute(const PlyProperty &property) const { // its index in `bytes`
         return static_cast<std::size_t>(std::find(bytes.begin(), bytes.end(), &property) - bytes.begin());
@@ -51,6 +56,9 @@ struct PlyRoles {
 //
 // errors  bad_input  no element vertex, no x y z in it, no vertices at all, or a coordinate that is a list
 Result<PlyRoles> resolve_roles(PlyHeader &header);
+
+// Finds the shape of Gaussian splats, if the file has all of it; properties without another role get that of a splat.
+void assign_splats(PlyHeader &header, PlyRoles &roles);
 
 // The numeric properties of vertices that may become fields: those without a role.
 std::vector<PlyProperty *> free_numbers(PlyHeader &header);

@@ -1,6 +1,6 @@
 #include "pbm_scan/spz/spz_reader.h"
 
-#include "pbm_scan/clouds/splat_colour.h"
+#include "pbm_scan/clouds/gaussian_splats.h"
 #include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/packing/compressed.h"
 #include "pbm_scan/surface/refusal.h"
@@ -10,6 +10,7 @@
 
 #include <glm/gtc/packing.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -67,8 +68,9 @@ struct SplatSizes {
 
 // What is used of the splats.
 struct Streams {
-    Bytes unpacked_places{}, unpacked_opacities{}, unpacked_colours{}; // of version 4
-    ByteView places{}, opacities{}, colours{};
+    // Of version 4.
+    Bytes unpacked_places{}, unpacked_opacities{}, unpacked_colours{}, unpacked_scales{}, unpacked_rotations{};
+    ByteView places{}, opacities{}, colours{}, scales{}, rotations{};
     std::size_t bytes_behind = 0;
 };
 
@@ -79,25 +81,33 @@ Result<Streams> whole_streams(ByteView bytes, const SpzHeader &header) {
         return bad_input("the SPZ file announces " + std::to_string(header.splats) + " splats and has room for " +
                              std::to_string(room / sizes.sum()) + ": it is cut short; copy or export it again",
                          8);
-    const std::size_t places = header.splats * sizes.place;
-    return Streams{.places = bytes.subspan(kHeader, places),
-                   .opacities = bytes.subspan(kHeader + places, header.splats),
-                   .colours = bytes.subspan(kHeader + places + header.splats, header.splats * sizes.colour),
-                   .bytes_behind = room - header.splats * sizes.sum()};
+    Streams streams{.bytes_behind = room - header.splats * sizes.sum()};
+    std::size_t at = kHeader;
+    const auto take = [&](std::size_t size) {
+        const ByteView taken = bytes.subspan(at, header.splats * size);
+        at += taken.size();
+        return taken;
+    };
+    streams.places = take(sizes.place);
+    streams.opacities = take(1);
+    streams.colours = take(sizes.colour);
+    streams.scales = take(sizes.scale);
+    streams.rotations = take(sizes.rotation);
+    return streams;
 }
 
 // Version 4: a table of the packed and unpacked sizes of frames, and then the frames.
 Result<Streams> packed_streams(ByteView bytes, const SpzHeader &header) {
-    constexpr std::size_t kEntry = 16, kUsed = 3;
+    constexpr std::size_t kEntry = 16, kUsed = 5;
     if (header.table < kHeaderOf4 || header.table > bytes.size() || header.streams < kUsed ||
         header.streams > (bytes.size() - header.table) / kEntry)
         return bad_input("the table of streams of the SPZ file is damaged or cut short", 16);
     Streams streams;
     const SplatSizes sizes(header);
-    const std::array<std::size_t, kUsed> expected{header.splats * sizes.place, header.splats,
-                                                  header.splats * sizes.colour};
+    const std::array<std::size_t, kUsed> sizes_of_splat{sizes.place, 1, sizes.colour, sizes.scale, sizes.rotation};
     const std::array<Bytes *, kUsed> to{&streams.unpacked_places, &streams.unpacked_opacities,
-                                        &streams.unpacked_colours};
+                                        &streams.unpacked_colours, &streams.unpacked_scales,
+                                        &streams.unpacked_rotations};
     std::size_t at = header.table + header.streams * kEntry;
     for (std::size_t i = 0; i < header.streams; ++i) {
         const std::uint8_t *const entry = bytes.data() + header.table + i * kEntry;
@@ -105,7 +115,7 @@ Result<Streams> packed_streams(ByteView bytes, const SpzHeader &header) {
         if (packed > bytes.size() - at)
             return cut_short(bytes.size());
         if (i < kUsed) {
-            if (size != expected[i])
+            if (size != header.splats * sizes_of_splat[i])
                 return bad_input("stream " + std::to_string(i) + " of the SPZ file has not the size of " +
                                      std::to_string(header.splats) + " splats",
                                  header.table + i * kEntry + 8);
@@ -121,6 +131,8 @@ Result<Streams> packed_streams(ByteView bytes, const SpzHeader &header) {
     streams.places = streams.unpacked_places;
     streams.opacities = streams.unpacked_opacities;
     streams.colours = streams.unpacked_colours;
+    streams.scales = streams.unpacked_scales;
+    streams.rotations = streams.unpacked_rotations;
     streams.bytes_behind = bytes.size() - at;
     return streams;
 }
@@ -137,6 +149,38 @@ glm::dvec3 place_of(const std::uint8_t *at, const SpzHeader &header) {
             place[axis] = std::ldexp(static_cast<double>(static_cast<std::int32_t>(bits) >> 8), -header.fraction_bits);
         }
     return place;
+}
+
+glm::vec3 scale_of(const std::uint8_t *at) {
+    const auto axis = [at](int i) { return exponential(static_cast<float>(at[i]) / 16 - 10); };
+    return {axis(0), axis(1), axis(2)};
+}
+
+// Versions 1 and 2: x y z in a byte each; w is what is missing to 1. Later ones: the number of the largest of x y z w,
+// and the three others as a sign and 9 bits, in units of sqrt(1/2).
+glm::quat rotation_of(const std::uint8_t *at, const SpzHeader &header) {
+    std::array<float, 4> numbers{}; // x y z w
+    float rest = 1;
+    std::size_t largest = 3;
+    if (header.version <= 2) {
+        for (std::size_t i = 0; i < 3; ++i)
+            numbers[i] = static_cast<float>(at[i]) / 127.5F - 1;
+    } else {
+        auto packed = load<std::uint32_t>(at);
+        largest = packed >> 30;
+        constexpr std::uint32_t kMagnitude = 511;
+        for (std::size_t i = 4; i-- > 0;) {
+            if (i == largest)
+                continue;
+            const float magnitude = std::sqrt(0.5F) * static_cast<float>(packed & kMagnitude) / kMagnitude;
+            numbers[i] = (packed >> 9 & 1) != 0 ? -magnitude : magnitude;
+            packed >>= 10;
+        }
+    }
+    for (std::size_t i = 0; i < 4; ++i)
+        rest -= i == largest ? 0 : numbers[i] * numbers[i];
+    numbers[largest] = std::sqrt(std::max(rest, 0.0F));
+    return {numbers[3], numbers[0], numbers[1], numbers[2]};
 }
 
 // The coefficient of a byte.
@@ -161,19 +205,27 @@ Result<Surface> read_spz(std::span<const std::uint8_t> bytes, const ReadOptions 
     const FieldColumn opacity = field_column(surface, options, "opacity");
     surface.positions.reserve(header->splats);
     surface.colours.reserve(header->splats);
-    const std::size_t size = SplatSizes(*header).place;
+    GaussianSplats splats;
+    const std::size_t size = SplatSizes(*header).place, rotation = SplatSizes(*header).rotation;
     for (std::size_t i = 0; i < header->splats; ++i) {
         surface.positions.push_back(place_of(streams->places.data() + i * size, *header));
         const std::uint8_t *const colour = streams->colours.data() + 3 * i;
         surface.colours.push_back(
             splat_colour({coefficient(colour[0]), coefficient(colour[1]), coefficient(colour[2])}));
         opacity.add(static_cast<double>(streams->opacities[i]) / 255);
+        splats.opacities.push_back(static_cast<float>(streams->opacities[i]) / 255);
+        splats.scales.push_back(scale_of(streams->scales.data() + 3 * i));
+        splats.rotations.push_back(rotation_of(streams->rotations.data() + rotation * i, *header));
     }
     surface.report.push_back({"positions", Fate::kept, "the centres of Gaussian splats"});
     surface.report.push_back({"colours", Fate::converted, kSplatColourNote});
-    surface.report.push_back(field_report("opacity", opacity, "PBM's points are opaque"));
-    surface.report.push_back({header->degree == 0 ? "scales, rotations" : "scales, rotations, spherical harmonics",
-                              Fate::dropped, kSplatShapeNote});
+    if (opacity.is_wanted())
+        surface.report.push_back(field_report("opacity", opacity, ""));
+    surface.report.push_back({"scales, rotations", Fate::converted, kSplatShapeNote});
+    if (header->degree != 0)
+        surface.report.push_back({"spherical harmonics", Fate::dropped, kSplatHarmonicsNote});
+    if (Status shown = show_discs(surface, splats, options); !shown)
+        return shown.error();
     report_trailing(surface.report, streams->bytes_behind, "behind the last splat");
     return finished(std::move(surface), options);
 }

@@ -204,6 +204,7 @@ struct ReadOptions {
     bool is_one_of_several = false;              // other inputs exist: it is no error if this one keeps no point
     bool is_geographic = false;                  // x and y are degrees, whatever the file says
     bool keep_placeholders = false;              // keep points that stand for no measurement (placeholders.h)
+    double min_opacity = 0.2;                    // 0..1: fainter Gaussian splats are left out
     bool strict = false;                         // refuse (`bad_input`) instead of dropping anything
     const ScanFormat *format = nullptr;          // of files that neither content nor name identifies (surface_reader.h)
     std::vector<std::string> columns{};          // names of a table's columns (text_cloud.h); empty: from the table

@@ -36,6 +36,7 @@ struct BuildOptions {
     std::vector<FieldRequest> fields;              // at most kMaxFields
     std::bitset<256> dropped_classes{};            // points with these classes are left out
     bool is_geographic = false;                    // x and y of the inputs are degrees
+    double min_opacity = 0.2;                      // 0..1: fainter Gaussian splats are left out
     bool keep_placeholders = false;                // keep points that stand for no measurement
     std::optional<double> crease_angle;            // degrees, 0..180; creases.h
     std::vector<std::array<double, 3>> viewpoints; // estimated normals face them; model units. One for all, or one for

@@ -52,6 +52,8 @@ Result<Metadata> make_metadata(const BuildOptions &build, ColourFormat colour, c
     set("remove_outliers", build.outliers == Outliers::drop);
     set("geographic", build.is_geographic);
     set("keep_placeholders", build.keep_placeholders);
+    if (build.min_opacity != BuildOptions().min_opacity)
+        options["min_opacity"] = build.min_opacity;
     set("keep_outliers", build.outliers == Outliers::keep);
     give("upsample", build.upsample);
     for (const GivenOption &given : build.scene.given) {
