@@ -84,8 +84,6 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
     if (options.samples < 0 || options.samples > kMaxSamples)
         return usage("options.samples is " + std::to_string(options.samples) + ", not 1 .. " +
                      std::to_string(kMaxSamples));
-    if (options.depth_cue < PBM_NO_CUE || options.depth_cue > PBM_AMBIENT_OCCLUSION)
-        return usage("options.depth_cue is " + std::to_string(options.depth_cue) + ", which is none");
     if (options.light_follows < PBM_LIGHTS_DEFAULT || options.light_follows > PBM_LIGHTS_MODEL)
         return usage("options.light_follows is " + std::to_string(options.light_follows) + ", which is nothing");
     if ((options.flags & ~kFlags) != 0)
@@ -97,7 +95,13 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
         return usage("options.max_error is no positive number of pixels");
     request.fine = options.quality == PBM_FINE;
     request.samples = options.samples == 0 ? kDefaultSamples : options.samples;
-    request.depth_cue = options.depth_cue;
+    switch (options.depth_cue) {
+    case PBM_NO_CUE: break;
+    case PBM_EYE_DOME: request.depth_cue = DepthCue::eye_dome; break;
+    case PBM_AMBIENT_OCCLUSION: request.depth_cue = DepthCue::ambient_occlusion; break;
+    case PBM_CUE_OFF: request.depth_cue = DepthCue::none; break;
+    default: return usage("options.depth_cue is " + std::to_string(options.depth_cue) + ", which is none");
+    }
     if (options.light_follows != PBM_LIGHTS_DEFAULT)
         request.lights_follow = options.light_follows == PBM_LIGHTS_EYE ? LightsFollow::eye : LightsFollow::model;
     if (options.finest_level > 0)
@@ -196,15 +200,14 @@ void copy_picture(const Framebuffer &drawn, double moved, const pbm_picture &to)
     }
 }
 
-// The colours of a field. None while their bytes are missing.
+// The colours of points. None while their bytes are missing.
 Result<std::optional<FieldColours>> colours_of(OpenModel &model, const Drawing::Setup &setup) {
-    if (has_field(model.reader.parameters(), setup.colour_by)) {
-        const Result<FileBytes::Fetched> fetched = model.bytes.fetch(field_sample_ranges(model.reader));
-        if (!fetched)
-            return fetched.error();
-        if (fetched->pending)
-            return std::optional<FieldColours>();
-    }
+    const std::vector<FileRange> ranges = colour_sample_ranges(model.reader, setup.colour_by);
+    const Result<FileBytes::Fetched> fetched = model.bytes.fetch(ranges);
+    if (!fetched)
+        return fetched.error();
+    if (fetched->pending)
+        return std::optional<FieldColours>();
     Result<FieldColours> colours = choose_field_colours(model.reader, setup.colour_by, setup.colours);
     if (!colours)
         return colours.error();
@@ -213,6 +216,8 @@ Result<std::optional<FieldColours>> colours_of(OpenModel &model, const Drawing::
 
 // The drawing of an open model.
 Result<Drawing *> drawing_of(OpenModel &model, Drawing::Setup setup) {
+    if (setup.colour_by.empty())
+        setup.colour_by = unasked_look(model.reader).colour_by;
     const auto is_open = [&] { return model.drawing != nullptr && model.drawing->setup() == setup; };
     if (Status checked = check_threads(setup.threads); !checked)
         return checked.error();
@@ -289,7 +294,8 @@ Status draw_picture(OpenModel &model, const pbm_camera *given_camera, const pbm_
     const Result<Drawing *> drawing = drawing_of(model, std::move(*setup));
     if (!drawing)
         return drawing.error();
-    Framebuffer drawn(picture->width, picture->height, picture->depths != nullptr || request.depth_cue != PBM_NO_CUE);
+    Framebuffer drawn(picture->width, picture->height,
+                      picture->depths != nullptr || (*drawing)->cue_of(request) != DepthCue::none);
     if (Status done = (*drawing)->draw(request, drawn); !done)
         return done;
     const double moved =
@@ -305,6 +311,7 @@ Drawing::Drawing(const FileBytes &bytes, Reader reader, const Setup &setup, std:
     : bytes_(bytes), setup_(setup), pool_(pool), colours_(std::move(colours)),
       model_(std::move(reader),
              {.threads = setup.threads, .pool = pool, .max_memory = setup.max_memory, .field = colours_}),
+      unasked_(unasked_look(model_.reader())),
       drawn_(colours_ ? with_field_colours(model_.reader().parameters(), *colours_) : model_.reader().parameters()) {}
 
 Result<std::unique_ptr<Drawing>> Drawing::open(const FileBytes &bytes, const Setup &setup,
@@ -425,17 +432,17 @@ Status Drawing::draw(const Request &request, Framebuffer &target) {
     if (surroundings_)
         for (Error &error : surroundings_->take_errors())
             add_damage(std::move(error));
-    if (request.depth_cue != PBM_NO_CUE) {
+    if (cue_of(request) != DepthCue::none) {
         const Camera &camera = request.view.camera;
         const Camera drawn = telecentric(camera, grid().edge());
-        apply_depth_cue(request.depth_cue == PBM_EYE_DOME ? DepthCue::eye_dome : DepthCue::ambient_occlusion,
+        apply_depth_cue(cue_of(request),
                         {.focal = target.height / 2.0 / std::tan(drawn.view_angle / 2),
                          .grid_edge = grid().edge(),
                          .relief = distance_of(drawn) / distance_of(camera)},
                         *pool_, target);
     }
-    if (colours_ && request.legend)
-        draw_legend(legend_of(drawn_.fields[colours_->field], *colours_), target);
+    if (const auto legend = colours_ ? legend_of(*colours_) : std::nullopt; legend && request.legend)
+        draw_legend(*legend, target);
     return {};
 }
 

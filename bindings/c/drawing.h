@@ -8,6 +8,7 @@
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
+#include "pbm_render/shading/unasked_look.h"
 #include "pbm_render/surroundings/surroundings.h"
 #include "system/threads/thread_pool.h"
 
@@ -24,7 +25,7 @@ class Drawing {
     struct Setup {
         int threads = 0;
         std::uint64_t max_memory = kDefaultMaxMemory; // as in StreamingOptions
-        std::string colour_by{};                      // a field; empty: none
+        std::string colour_by{};                      // as choose_field_colours takes it; empty: none
         ColourChoice colours{};
         bool operator==(const Setup &) const = default;
     };
@@ -40,11 +41,12 @@ class Drawing {
         RenderOptions render;
         bool fine = false;
         int samples = kDefaultSamples;
-        int depth_cue = PBM_NO_CUE;
+        std::optional<DepthCue> depth_cue{};              // default: that of unasked_look
         std::optional<LightsFollow> lights_follow{};      // default: as Appearance has them
         std::optional<std::array<double, 2>> headlight{}; // as set_headlight
         bool legend = true;
     };
+    DepthCue cue_of(const Request &request) const { return request.depth_cue.value_or(unasked_.depth_cue); }
     // Draws what is there and fits. `target` has depths if the cue needs them.
     //
     // errors  io  a callback failed: nothing is drawn
@@ -71,6 +73,7 @@ class Drawing {
     const std::shared_ptr<ThreadPool> pool_;
     const std::optional<FieldColours> colours_;
     StreamedModel model_;
+    const UnaskedLook unasked_;
     const ModelParameters drawn_;                      // as the renderers take them
     bool has_surroundings_ = false;                    // or they are damaged
     std::shared_ptr<const Surroundings> surroundings_; // refers to the model; null until its directories have arrived

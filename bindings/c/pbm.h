@@ -270,8 +270,14 @@ PBM_API pbm_code pbm_default_camera(pbm_model *model, int32_t width, int32_t hei
 // `fine` blends points into a smooth surface and smooths edges; it takes about ten times as long.
 typedef enum pbm_quality { PBM_FAST = 0, PBM_FINE = 1 } pbm_quality;
 
-// Screen-space shading that shows the shape of models without colours.
-typedef enum pbm_depth_cue { PBM_NO_CUE = 0, PBM_EYE_DOME = 1, PBM_AMBIENT_OCCLUSION = 2 } pbm_depth_cue;
+// Screen-space shading that shows the shape of models without colours. PBM_NO_CUE: eye-dome lighting for clouds of points
+// whose scan has neither faces, nor colours, nor normals; none for other models. PBM_CUE_OFF: none for any model.
+typedef enum pbm_depth_cue {
+    PBM_NO_CUE = 0,
+    PBM_EYE_DOME = 1,
+    PBM_AMBIENT_OCCLUSION = 2,
+    PBM_CUE_OFF = 3
+} pbm_depth_cue;
 
 // What lights stay with when the camera moves. By default those of the file stay with the model, and a model without
 // lights is lit from beside the eye. Lights that follow the eye cast no shadows.
@@ -279,7 +285,7 @@ typedef enum pbm_light_follows { PBM_LIGHTS_DEFAULT = 0, PBM_LIGHTS_EYE = 1, PBM
 
 // Colours of a field's values. viridis: dark violet over green to yellow; grey: black to white; classes: a colour for
 // each label, that of maps for the classes of LAS. PBM_MAP_AUTO: classes for a field whose average is "majority" if no
-// range is given, else viridis.
+// range is given; grey for intensities without a range, brightened until their median is a middle grey; else viridis.
 typedef enum pbm_colour_map {
     PBM_MAP_AUTO = 0,
     PBM_MAP_VIRIDIS = 1,
@@ -315,7 +321,10 @@ typedef struct pbm_render_options {
     double colour_range[2]; // values with the first and the last colour, ascending; both 0: most values lie between
     double headlight[2];    // where its light comes from: radians to the right of the eye, -pi .. pi, and above it,
                             // -pi/2 .. pi/2. It follows the camera
-    const char *colour_by;  // name of a field in whose colours points are drawn, with a legend; null or empty: none
+    // What points have the colours of, with a legend: the name of a field, "class" or "return" (the fields
+    // "classification" and "return_number"); or, unless a field is called so, "height" along the up axis, "normal", or
+    // "plain": their material. Null or empty: what the model has, or "height" where PBM_NO_CUE is eye-dome lighting
+    const char *colour_by;
     int32_t colour_map;     // pbm_colour_map
 } pbm_render_options;
 

@@ -22,7 +22,7 @@ WORDS = [
      "model.py _ATTRIBUTES", "pbm.js ATTRIBUTES"),
     ({"PBM_BACKS_AUTO": "auto", "PBM_BACKS_SHOWN": "show", "PBM_BACKS_HIDDEN": "hide"}, "model.py _BACKS", "pbm.js BACKS"),
     ({"PBM_FAST": "fast", "PBM_FINE": "fine"}, "model.py _QUALITIES", "pbm.js QUALITIES"),
-    ({"PBM_NO_CUE": (None, "none"), "PBM_EYE_DOME": ("eye_dome", "eye-dome"),
+    ({"PBM_NO_CUE": (None, "auto"), "PBM_EYE_DOME": ("eye_dome", "eye-dome"), "PBM_CUE_OFF": ("none", "none"),
       "PBM_AMBIENT_OCCLUSION": ("ambient_occlusion", "ambient-occlusion")}, "model.py _DEPTH_CUES", "pbm.js DEPTH_CUES"),
     ({"PBM_LIGHTS_DEFAULT": (None, "default"), "PBM_LIGHTS_EYE": "eye", "PBM_LIGHTS_MODEL": "model"},
      "model.py _LIGHT_FOLLOWS", "pbm.js LIGHT_FOLLOWS"),

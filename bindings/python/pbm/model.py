@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _ATTRIBUTES = {"colours": 1, "materials": 2, "texture": 4, "shadows": 8, "ground": 16, "panorama": 32, "closed": 64}
 _QUALITIES = {"fast": 0, "fine": 1}
-_DEPTH_CUES = {None: 0, "eye_dome": 1, "ambient_occlusion": 2}
+_DEPTH_CUES = {None: 0, "eye_dome": 1, "ambient_occlusion": 2, "none": 3}
 _LIGHT_FOLLOWS = {None: 0, "eye": 1, "model": 2}
 _COLOUR_MAPS = {None: 0, "viridis": 1, "grey": 2, "classes": 3}
 _BACKGROUND, _HEADLIGHT = 1, 128
@@ -288,7 +288,8 @@ class Model:
         size          (width, height) in pixels, each 1 .. 32768
         quality       "fast", or "fine": smoother, about ten times as long
         samples       per pixel of fine pictures, 1 .. 256; 0: 8
-        depth_cue     None, "eye_dome" or "ambient_occlusion": shades by depth what has no colours
+        depth_cue     "eye_dome" or "ambient_occlusion": shades by depth what has no colours; "none"; None: eye_dome for
+                      clouds of points without faces, colours and normals, else none
         background    (red, green, blue[, alpha]), 0 .. 255; None: dark grey
         without       what to leave out: "texture", "colours", "shadows", "ground", "panorama", "reflections",
                       "legend"
@@ -300,10 +301,12 @@ class Model:
                       those of the file stay, and a file without lights is lit from beside the eye
         headlight     (right, up): one light in place of all others, which follows the camera and comes from so many
                       degrees to the right of the eye, -180 .. 180, and above it, -90 .. 90
-        colour_by     name of a field: points have the colours of its values, and the picture a legend
+        colour_by     points have the colours of its values, and the picture a legend: name of a field, "class" or
+                      "return" of a laser; "height", "normal", or "plain", their material. None: their own; "height"
+                      where depth_cue=None is eye_dome
         colour_range  (least, most): values with the first and the last colour; None: most values lie between
-        colour_map    "viridis", "grey" or "classes", a colour for each label; None: classes for a field of labels, else
-                      viridis
+        colour_map    "viridis", "grey" or "classes", a colour for each label; None: classes for a field of labels, grey
+                      for intensities, else viridis
 
         Raises UsageError for a camera that sees nothing and for a field that is not there, InvalidError for a damaged
         file, LimitError.

@@ -122,20 +122,23 @@ export interface RenderOptions {
     /** Bytes of decoded points that are kept for the next pictures. Another value than for the last picture reads
      *  everything anew. Default: 256 MiB. */
     maxMemory?: number;
-    /** Shows the shape of models without colours. Default: "none". */
-    depthCue?: "none" | "eye-dome" | "ambient-occlusion";
+    /** Shows the shape of models without colours. Default: "auto", eye-dome for clouds of points without faces, colours
+     *  and normals, else none. */
+    depthCue?: "auto" | "none" | "eye-dome" | "ambient-occlusion";
     /** "eye": lights turn with the camera and cast no shadows; "model": they stay where they are. Default: those of the
      *  file stay, and a file without lights is lit from beside the eye. */
     lightFollows?: "default" | "eye" | "model";
     /** One light in place of all others, which follows the camera: where it comes from, to the right of the eye, -pi ..
      *  pi, and above it, -pi/2 .. pi/2. Default: none. */
     headlight?: [right: number, up: number];
-    /** Name of a field: points have the colours of its values, and the picture a legend. Default: their own colours. With
-     *  another field, range or map than for the last picture everything is read anew. */
+    /** Points have the colours of its values, and the picture a legend: name of a field, "class" or "return" of a laser;
+     *  "height", "normal", or "plain", their material. Default: their own colours; "height" where depthCue "auto" is
+     *  eye-dome. With another field, range or map than for the last picture everything is read anew. */
     colourBy?: string;
     /** Values with the first and the last colour, ascending. Default: most values lie between. */
     colourRange?: [least: number, most: number];
-    /** "classes": a colour for each label. Default: "auto", classes for a field of labels, else viridis. */
+    /** "classes": a colour for each label. Default: "auto", classes for a field of labels, grey
+     *  for intensities, else viridis. */
     colourMap?: "auto" | "viridis" | "grey" | "classes";
     /** What to leave out. */
     without?: Array<"texture" | "colours" | "shadows" | "ground" | "panorama" | "reflections" | "legend">;

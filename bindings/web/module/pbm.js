@@ -25,7 +25,7 @@ const CLIP_PLANE = 1,
     CLIP_BOX = 2;
 const BACKS = { auto: 0, show: 1, hide: 2 };
 const QUALITIES = { fast: 0, fine: 1 };
-const DEPTH_CUES = { none: 0, "eye-dome": 1, "ambient-occlusion": 2 };
+const DEPTH_CUES = { auto: 0, "eye-dome": 1, "ambient-occlusion": 2, none: 3 };
 const LIGHT_FOLLOWS = { default: 0, eye: 1, model: 2 };
 const COLOUR_MAPS = { auto: 0, viridis: 1, grey: 2, classes: 3 };
 const LEVELS = { full: 0, quick: 1, deep: 2 };
@@ -224,7 +224,7 @@ function writeOptions(memory, address, given, threads) {
     for (const name of without) flags |= oneOf(LEAVE_OUT, name, "without");
     memory.write(OPTIONS, address, {
         quality: oneOf(QUALITIES, given.quality ?? "fast", "quality"),
-        depthCue: oneOf(DEPTH_CUES, given.depthCue ?? "none", "depthCue"),
+        depthCue: oneOf(DEPTH_CUES, given.depthCue ?? "auto", "depthCue"),
         lightFollows: oneOf(LIGHT_FOLLOWS, given.lightFollows ?? "default", "lightFollows"),
         colourMap: oneOf(COLOUR_MAPS, given.colourMap ?? "auto", "colourMap"),
         colourBy: given.colourBy,

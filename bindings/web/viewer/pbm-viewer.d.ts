@@ -24,7 +24,7 @@
 //                  of the file stay, and a file without lights is lit from beside the eye
 //   headlight      "RIGHT UP": one light in place of all others, which turns with the view; angles to the right of the eye,
 //                  at most 180deg, and above it, at most 90deg: "-60deg 20deg". Anything else: none
-//   colour-by      "NAME[,MIN,MAX][,MAP]": points have the colours of a field's values, as pbm-render --colour-by draws
+//   colour-by      "NAME[,MIN,MAX][,MAP]": points have the colours of height, normal, plain or a field, as pbm-render draws
 //                  them; MAP: viridis, grey, classes. A field that the model lacks is an error
 //   no-legend      the legend of these colours is left out
 //   poster         address of a picture that is shown until the model is; or give an element slot="poster"

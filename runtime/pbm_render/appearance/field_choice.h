@@ -1,23 +1,35 @@
-// The field in whose colours a model is drawn, by its name.
+// What a model is coloured by, chosen by its name: a field, or what every model has.
 #pragma once
 
 #include "pbm_format/reading/reader.h"
 #include "pbm_render/appearance/field_colours.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace pbm {
 
-bool has_field(const ModelParameters &parameters, const std::string &name);
+// A name is that of a field of the file, in any case of ASCII letters. Where no field has it:
+//
+//   height, normal, plain   what every model has: ColourBasis
+//   class, return           the fields "classification" and "return_number"
 
-// Reads the coarse levels of the field, up to the last one that is a single chunk, for its usual range and its labels.
-// The case of ASCII letters in `name` does not matter.
+// Whether the model can be coloured by that name.
+bool can_colour_by(const ModelParameters &parameters, const std::string &name);
+// The names of all that it can be coloured by.
+std::vector<std::string> colour_names(const ModelParameters &parameters);
+// The field that a model must have to be coloured by that name; empty: none. For scans, which keep it then.
+std::string field_to_keep(const std::string &name);
+
+// Reads the coarse levels, up to the last one that is a single chunk, for the usual range and the labels. `up`: the
+// axis of heights; absent: that of the grid.
 //
 // errors  usage  the file has no such field; the message lists those that it has
 //         and those of the reader: the file is damaged
-Result<FieldColours> choose_field_colours(Reader &reader, const std::string &name, const ColourChoice &choice);
-// The ranges of the file that it reads, and that a StreamedModel with these colours opens with. None without fields.
-std::vector<FileRange> field_sample_ranges(const Reader &reader);
+Result<FieldColours> choose_field_colours(Reader &reader, const std::string &name, const ColourChoice &choice,
+                                          std::optional<UpAxis> up = {});
+// The ranges of the file that it reads, and that a StreamedModel with these colours opens with.
+std::vector<FileRange> colour_sample_ranges(const Reader &reader, const std::string &name);
 
 } // namespace pbm

@@ -1,7 +1,12 @@
 #include "pbm_render/appearance/field_colours.h"
 
+#include "pbm_format/model/normal.h"
+#include "pbm_format/model/octree.h"
+#include "system/letters.h"
+
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 namespace pbm {
 namespace {
@@ -75,13 +80,49 @@ std::vector<std::uint32_t> sorted_values(const Field &field, ByteView sample) {
     return values;
 }
 
-// The range of most values.
-std::array<double, 2> range_of(const Field &field, std::span<const std::uint32_t> sorted) {
+// The range of most values, without `omitted` hundredths at each end.
+std::array<double, 2> range_of(const Field &field, std::span<const std::uint32_t> sorted, std::size_t omitted) {
     if (sorted.empty())
         return {field.value(1), field.value(field.max_stored())};
-    const std::size_t end = sorted.size() / 100;
+    const std::size_t end = sorted.size() * omitted / 100;
     const double least = field.value(sorted[end]), most = field.value(sorted[sorted.size() - 1 - end]);
     return most > least ? std::array{least, most} : std::array{field.value(sorted.front()), field.value(sorted.back())};
+}
+
+// "intensity", "scalar_Intensity", "reflectance".
+bool is_intensity(const std::string &name) {
+    std::string lower = name;
+    std::transform(lower.begin(), lower.end(), lower.begin(), lower_case);
+    const std::string_view text = lower;
+    return text.ends_with("intensity") || text.ends_with("reflectance");
+}
+
+// The gamma for which the median has the middle of the map.
+double gamma_of(double least, double median, double most) {
+    constexpr double kSteepest = 4;
+    if (!(median > least && median < most))
+        return median > least ? kSteepest : 1 / kSteepest;
+    return std::clamp(std::log(0.5) / std::log((median - least) / (most - least)), 1 / kSteepest, kSteepest);
+}
+
+Rgb8 colour_of(ColourMap map, std::size_t index) {
+    const double part = static_cast<double>(index) / 254;
+    switch (map) {
+    case ColourMap::viridis: return viridis(part);
+    case ColourMap::grey: return {to_byte(part), to_byte(part), to_byte(part)};
+    default: return class_colour(static_cast<std::uint32_t>(index));
+    }
+}
+
+// Place of a value in the map, 0..254.
+double place_of(const FieldColours &colours, double value) {
+    const auto [least, most] = std::array{colours.least, colours.most};
+    if (colours.map == ColourMap::classes)
+        return std::fmod(std::fmod(std::round(value), 255) + 255, 255);
+    if (least == most)
+        return value < least ? 0 : value > most ? 254 : 127;
+    const double part = std::clamp((value - least) / (most - least), 0.0, 1.0);
+    return 254 * (colours.gamma == 1 ? part : std::pow(part, colours.gamma));
 }
 
 } // namespace
@@ -92,31 +133,26 @@ std::string_view class_name(std::uint32_t number) {
 
 FieldColours field_colours(std::size_t field, const Field &description, const ColourChoice &choice, ByteView sample) {
     const bool has_labels = description.average == FieldAverage::majority && !choice.range;
+    const bool is_stretched = !has_labels && !choice.range && !choice.map && is_intensity(description.name);
+    const ColourMap usual = has_labels ? ColourMap::classes : is_stretched ? ColourMap::grey : ColourMap::viridis;
     FieldColours colours{.field = field,
-                         .map = choice.map.value_or(has_labels ? ColourMap::classes : ColourMap::viridis),
+                         .map = choice.map.value_or(usual),
                          .palette = {},
                          .indices = std::vector<std::uint8_t>(description.max_stored() + 1),
-                         .labels = {}};
+                         .labels = {},
+                         .description = description};
     std::vector<std::uint32_t> values = sorted_values(description, sample);
-    const auto [least, most] = choice.range.value_or(range_of(description, values));
+    const auto [least, most] = choice.range.value_or(range_of(description, values, is_stretched ? 2 : 1));
     colours.least = least;
     colours.most = most;
+    if (is_stretched && !values.empty() && least < most)
+        colours.gamma = gamma_of(least, description.value(values[values.size() / 2]), most);
     colours.palette[0] = kNoValue;
-    for (std::size_t i = 1; i < colours.palette.size(); ++i) {
-        const double part = static_cast<double>(i - 1) / 254;
-        colours.palette[i] = colours.map == ColourMap::viridis ? viridis(part)
-                             : colours.map == ColourMap::grey  ? Rgb8{to_byte(part), to_byte(part), to_byte(part)}
-                                                               : class_colour(static_cast<std::uint32_t>(i - 1));
-    }
-    for (std::uint32_t stored = 1; stored < colours.indices.size(); ++stored) {
-        const double value = description.value(stored);
-        const double at = colours.map == ColourMap::classes ? std::fmod(std::fmod(std::round(value), 255) + 255, 255)
-                          : least == most                   ? value < least  ? 0
-                                                              : value > most ? 254
-                                                                             : 127
-                                          : 254 * std::clamp((value - least) / (most - least), 0.0, 1.0);
-        colours.indices[stored] = static_cast<std::uint8_t>(1 + std::lround(at));
-    }
+    for (std::size_t i = 1; i < colours.palette.size(); ++i)
+        colours.palette[i] = colour_of(colours.map, i - 1);
+    for (std::uint32_t stored = 1; stored < colours.indices.size(); ++stored)
+        colours.indices[stored] =
+            static_cast<std::uint8_t>(1 + std::lround(place_of(colours, description.value(stored))));
     if (colours.map == ColourMap::classes) {
         values.erase(std::unique(values.begin(), values.end()), values.end());
         colours.labels = std::move(values);
@@ -124,10 +160,30 @@ FieldColours field_colours(std::size_t field, const Field &description, const Co
     return colours;
 }
 
+Field height_field(const Grid &grid, std::size_t axis) {
+    const double step = grid.edge() / 65535;
+    return {.name = "height",
+            .unit = grid.unit == Unit::unknown ? std::string() : std::string(to_string(grid.unit)),
+            .offset = grid.origin[axis] + step / 2,
+            .scale = step,
+            .bytes = 2};
+}
+
+FieldColours height_colours(const Grid &grid, std::size_t axis, const ColourChoice &choice, ByteView sample) {
+    FieldColours colours = field_colours(0, height_field(grid, axis), choice, sample);
+    colours.basis = ColourBasis::height;
+    colours.axis = axis;
+    return colours;
+}
+
 ModelParameters with_field_colours(ModelParameters parameters, const FieldColours &colours) {
-    parameters.attributes.texture = true;
-    parameters.texture.resize(1);
-    parameters.texture.front().palette = colours.palette;
+    const bool has_palette = colours.basis == ColourBasis::field || colours.basis == ColourBasis::height;
+    parameters.attributes.texture = has_palette;
+    parameters.texture.resize(has_palette ? 1 : 0);
+    if (has_palette)
+        parameters.texture.front().palette = colours.palette;
+    else
+        parameters.attributes.colour = colours.basis == ColourBasis::normal ? ColourFormat::rgb888 : ColourFormat::none;
     return parameters;
 }
 
@@ -138,10 +194,33 @@ void index_field(const FieldColours &colours, const Field &description, ByteView
         indices[i] = colours.indices[stored_value(stored, i, description.bytes)];
 }
 
+void colour_normals(std::span<const std::uint16_t> normals, Bytes &colours) {
+    colours.resize(3 * normals.size());
+    for (std::size_t i = 0; i < normals.size(); ++i)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            colours[3 * i + axis] =
+                to_byte((1 + static_cast<double>(normal_table()[normals[i] & kNormalIndexMask][axis])) / 2);
+}
+
 void colour_by_field(Model &model, const FieldColours &colours) {
-    for (Level &level : model.levels)
-        index_field(colours, model.parameters.fields[colours.field], level.fields[colours.field],
-                    level.points.textures);
+    std::vector<MortonCode> codes{0};
+    for (std::size_t l = 0; l < model.levels.size(); ++l) {
+        Level &level = model.levels[l];
+        PointAttributes &points = level.points;
+        if (colours.basis == ColourBasis::field)
+            index_field(colours, model.parameters.fields[colours.field], level.fields[colours.field], points.textures);
+        else if (colours.basis == ColourBasis::normal)
+            colour_normals(points.normals, points.colours);
+        if (colours.basis != ColourBasis::height)
+            continue;
+        if (l > 0)
+            if (auto children = expand_level(codes, level.masks, points.size()))
+                codes = std::move(*children);
+        points.textures.resize(points.size());
+        for (std::size_t i = 0; i < codes.size(); ++i)
+            points.textures[i] =
+                colours.indices[stored_height(morton_decode(codes[i])[colours.axis], static_cast<int>(l))];
+    }
     model.parameters = with_field_colours(std::move(model.parameters), colours);
 }
 

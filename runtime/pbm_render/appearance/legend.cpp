@@ -103,7 +103,13 @@ class Canvas {
 
 } // namespace
 
-Legend legend_of(const Field &field, const FieldColours &colours) {
+std::optional<Legend> legend_of(const FieldColours &colours) {
+    if (colours.basis == ColourBasis::plain)
+        return std::nullopt;
+    if (colours.basis == ColourBasis::normal)
+        return Legend{.title = "normal",
+                      .rows = {{{255, 128, 128}, "x"}, {{128, 255, 128}, "y"}, {{128, 128, 255}, "z"}}};
+    const Field &field = colours.description;
     Legend legend{.title = ascii(field.name + (field.unit.empty() ? "" : " (" + field.unit + ")")), .rows = {}};
     if (colours.map == ColourMap::classes) {
         for (const std::uint32_t stored : colours.labels) {
@@ -115,7 +121,9 @@ Legend legend_of(const Field &field, const FieldColours &colours) {
         }
         return legend;
     }
-    std::copy(colours.palette.begin() + 1, colours.palette.end(), legend.bar.begin());
+    for (std::size_t i = 0; i < legend.bar.size(); ++i) // its values are evenly spaced, whatever the gamma
+        legend.bar[i] = colours.palette[static_cast<std::size_t>(
+            1 + std::lround(254 * std::pow(static_cast<double>(i) / 254, colours.gamma)))];
     legend.ticks = tick_texts(colours.least, colours.most);
     return legend;
 }

@@ -1,10 +1,12 @@
-// The legend of a picture whose points have the colours of a field: a bar with the range, or a row for each label.
+// The legend of a picture whose points have the colours of a field, of heights or of normals: a bar with the range, or
+// a row for each label.
 #pragma once
 
 #include "pbm_render/appearance/field_colours.h"
 #include "pbm_render/picture/framebuffer.h"
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,12 +18,13 @@ struct Legend {
         std::string text;
     };
     std::string title;                  // name and unit of the field
-    std::vector<Row> rows;              // of labels; empty: a bar
+    std::vector<Row> rows;              // of labels or axes; empty: a bar
     std::array<Rgb8, 255> bar{};        // from the least to the greatest value
     std::array<std::string, 3> ticks{}; // at its ends and its middle, from the least on
 };
 
-Legend legend_of(const Field &field, const FieldColours &colours);
+// None of plain colours.
+std::optional<Legend> legend_of(const FieldColours &colours);
 
 // Draws the legend into the upper right corner, in the size of text that the picture's height suggests; not at all
 // where it would cover a third of the picture or more. Letters beyond ASCII are drawn as question marks.

@@ -2,8 +2,11 @@
 
 #include "pbm_format/chunks/field_chunk.h"
 #include "pbm_format/container/file_rules.h"
+#include "pbm_format/model/octree.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <new>
 
 #include <glm/common.hpp>
@@ -35,11 +38,41 @@ void estimate_offsets(const ChunkTask &task, const ResidentChunk &chunk) {
         chunk.offsets.estimate(chunk.view, seen);
 }
 
+// Writes the palette index of each point's height. The bytes of a mapped chunk may change: it stays in bounds.
+void index_heights(const FieldColours &colours, const ChunkView &chunk, int level, Bytes &indices) {
+    indices.assign(chunk.normals.size(), 0);
+    const std::size_t axis = colours.axis;
+    std::size_t node = 0, point = 0;
+    for (const BrickRecord &brick : chunk.bricks)
+        for (std::uint64_t map = brick.node_map; map != 0 && node < chunk.masks.size(); map &= map - 1) {
+            const auto of_brick = morton_decode(static_cast<MortonCode>(std::countr_zero(map)))[axis];
+            const std::uint32_t first = 8U * std::array{brick.x, brick.y, brick.z}[axis] + 2 * of_brick;
+            std::array<std::uint8_t, 2> halves{};
+            for (std::uint32_t half = 0; half < 2; ++half)
+                halves[half] = colours.indices[std::min(stored_height(first + half, level), 65535U)];
+            for (unsigned mask = chunk.masks[node++]; mask != 0 && point < indices.size(); mask &= mask - 1)
+                indices[point++] = halves[static_cast<unsigned>(std::countr_zero(mask)) >> axis & 1];
+        }
+}
+
+// Bytes of a point's stored value and of its colour.
+std::uint64_t colouring_bytes(const FieldColours *colours) {
+    if (colours == nullptr)
+        return 0;
+    switch (colours->basis) {
+    case ColourBasis::field: return std::uint64_t{1} + colours->description.bytes;
+    case ColourBasis::height: return 1;
+    case ColourBasis::normal: return 3;
+    default: return 0;
+    }
+}
+
 } // namespace
 
 ChunkLoader::ChunkLoader(const Reader &reader, const FieldColours *colours)
     : reader_(reader), root_(reader.root_chunk()), colours_(colours) {
-    if (Result<FieldReader> fields = colours_ == nullptr ? Error() : FieldReader::open(reader); fields)
+    const bool has_field = colours_ != nullptr && colours_->basis == ColourBasis::field;
+    if (Result<FieldReader> fields = has_field ? FieldReader::open(reader) : Error(); fields)
         fields_ = std::move(*fields);
 }
 
@@ -69,8 +102,22 @@ Status ChunkLoader::load_field(const ChunkTask &task, ResidentChunk &to) const {
                                      above, to.field);
         !status)
         return status;
-    index_field(*colours_, field, to.field, to.field_indices);
-    to.view.textures = to.field_indices;
+    index_field(*colours_, field, to.field, to.field_colours);
+    to.view.textures = to.field_colours;
+    return {};
+}
+
+// Replaces the texture values, or the colours, of the chunk's points.
+Status ChunkLoader::colour(const ChunkTask &task, ResidentChunk &to) const {
+    if (fields_)
+        return load_field(task, to);
+    if (colours_ != nullptr && colours_->basis == ColourBasis::height) {
+        index_heights(*colours_, to.view, task.place.level, to.field_colours);
+        to.view.textures = to.field_colours;
+    } else if (colours_ != nullptr && colours_->basis == ColourBasis::normal) {
+        colour_normals(to.view.normals, to.field_colours);
+        to.view.colours = to.field_colours;
+    }
     return {};
 }
 
@@ -113,9 +160,8 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
     } else if (Status status = decode(task, *chunk); !status) {
         return std::move(status).error();
     }
-    if (fields_)
-        if (Status status = load_field(task, *chunk); !status)
-            return std::move(status).error();
+    if (Status status = colour(task, *chunk); !status)
+        return std::move(status).error();
     chunk->bounds = bounds_of(chunk->view.bricks, task.place.level);
     for (const BrickRecord &brick : chunk->view.bricks)
         chunk->largest_radius = std::max(chunk->largest_radius, brick.largest_radius);
@@ -128,8 +174,7 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
 
 std::uint64_t ChunkLoader::memory_of(int level, const ChunkEntry &entry) const {
     const ChunkShape &shape = entry.shape;
-    const std::uint64_t field = fields_ ? std::uint64_t{1} + fields_->fields()[colours_->field].bytes : 0;
-    const std::uint64_t offsets = ChunkOffsets::memory_of(shape) + field * shape.points;
+    const std::uint64_t offsets = ChunkOffsets::memory_of(shape) + colouring_bytes(colours_) * shape.points;
     if (is_mapped()) // the bytes of a whole file take no memory
         return offsets + (reader_.source().is_whole() ? 0 : bytes_read_by(entry));
     const AttributeSet &set = reader_.parameters().attributes;

@@ -30,8 +30,9 @@ struct ChunkTask {
 
 class ChunkLoader {
   public:
-    // `reader` must outlive the loader and must have read the directories of the levels that are loaded. `colours`: of
-    // the field that points show, or null; the file then has it, and the source its section of fields. Thread-safe.
+    // `reader` must outlive the loader and must have read the directories of the levels that are loaded. `colours`:
+    // what points show in place of their own, or null; the file has the field, and the source its section of fields.
+    // Thread-safe.
     explicit ChunkLoader(const Reader &reader, const FieldColours *colours = nullptr);
 
     // Reads what the loading of a level needs beside its directory.
@@ -65,6 +66,7 @@ class ChunkLoader {
     bool is_mapped() const { return reader_.header().storage() == Storage::mapped; }
     Status decode(const ChunkTask &task, ResidentChunk &to) const;
     Status load_field(const ChunkTask &task, ResidentChunk &to) const;
+    Status colour(const ChunkTask &task, ResidentChunk &to) const;
     // Of its streams, its bricks and the shown field; no bytes where there are none.
     std::array<FileRange, 3> ranges_of(ChunkPlace place) const {
         return {reader_.chunk_range(place.level, place.index), reader_.brick_range(place.level, place.index),
@@ -74,7 +76,7 @@ class ChunkLoader {
     const Reader &reader_;
     const Chunk root_; // the parent of level 1
     const FieldColours *colours_;
-    std::optional<FieldReader> fields_; // with colours
+    std::optional<FieldReader> fields_; // with colours of a field
 };
 
 } // namespace pbm

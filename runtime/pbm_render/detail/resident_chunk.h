@@ -56,7 +56,8 @@ struct ResidentChunk {
     std::uint8_t largest_radius = 0; // index, of all points
     Chunk decoded;                   // of a packed file; its lit fractions are packed
     std::vector<BrickRecord> bricks; // of a packed file
-    Bytes field, field_indices;      // stored values of the shown field; the view has their indices as texture values
+    // Stored values of the shown field, and what the view has of them as texture values, or as colours of normals.
+    Bytes field, field_colours;
     MemoryClaim memory;
 };
 using ResidentPointer = std::shared_ptr<const ResidentChunk>;

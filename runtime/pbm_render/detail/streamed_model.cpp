@@ -135,6 +135,7 @@ std::vector<FileRange> StreamedModel::bounds_wanted() const {
     std::vector<FileRange> wanted;
     const std::lock_guard lock(parts_->mutex);
     const Reader &reader = parts_->reader;
+    const bool has_field = parts_->colours && parts_->colours->basis == ColourBasis::field;
     for (int level = 1; level <= std::min(kBoundsLevel, reader.depth()); ++level) {
         if (level <= parts_->cache.known_levels()) {
             parts_->list_wanted(level, wanted);
@@ -144,7 +145,7 @@ std::vector<FileRange> StreamedModel::bounds_wanted() const {
              {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks,
               SectionType::field_directory, SectionType::field_values})
             if (const SectionEntry *entry = reader.section(type, static_cast<std::uint32_t>(level));
-                entry != nullptr && (parts_->colours || type < SectionType::field_directory) &&
+                entry != nullptr && (has_field || type < SectionType::field_directory) &&
                 !reader.source().has(entry->range()))
                 wanted.push_back(entry->range());
     }

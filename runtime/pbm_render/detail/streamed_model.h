@@ -42,8 +42,8 @@ struct StreamingOptions {
     std::shared_ptr<ThreadPool> pool = nullptr;   // of `load`; null: one of its own
     std::uint64_t max_memory = kDefaultMaxMemory; // bytes of decoded chunks and of surface offsets
     std::function<void()> arrived = {};           // called by those threads after each chunk that was requested
-    // The field in whose colours the points are drawn: renderers take with_field_colours(parameters). The file must
-    // have it, and the source the ranges of field_sample_ranges.
+    // The colours that points are drawn in: renderers take with_field_colours(parameters). The file must have the
+    // field, and the source the ranges of colour_sample_ranges.
     std::optional<FieldColours> field = {};
 };
 

@@ -28,24 +28,30 @@ struct Headlight {
     bool operator==(const Headlight &) const = default;
 };
 
-// Draw the points in the colours of a field of the file.
+// Draw the points in the colours of a field of the file, or of what every model has.
 struct ColourBy {
-    std::string field;
+    std::string field; // as choose_field_colours takes it
     ColourChoice choice;
-    bool if_there = false; // a model without the field is drawn in its own colours; else it is refused
+    bool if_there = false; // a model without the field is drawn as if nobody had asked; else it is refused
     bool operator==(const ColourBy &) const = default;
 };
 
 struct LookOptions {
     RenderOptions render;
     Quality quality = Quality::automatic;
-    int samples = kDefaultSamples; // per pixel of fine pictures, 1..kMaxSamples
-    DepthCue depth_cue = DepthCue::none;
+    int samples = kDefaultSamples;             // per pixel of fine pictures, 1..kMaxSamples
+    std::optional<DepthCue> depth_cue;         // default: that of unasked_look
     std::optional<LightsFollow> lights_follow; // default: as Appearance has them
     std::optional<Headlight> headlight;        // in place of all other lights
-    std::optional<ColourBy> colour_by;         // of models that are opened from now on
+    std::optional<ColourBy> colour_by;         // of models that are opened from now on; default: as for depth_cue
     bool legend = true;                        // of these colours
 };
+
+// Asks for these colours where a model has them.
+inline void colour_by(const std::string &name, LookOptions &look) {
+    look.colour_by = ColourBy{.field = name, .choice = {}, .if_there = true};
+    look.render.texture = look.render.point_colours = true;
+}
 
 // The look with the quality that such pictures are drawn with: fast or fine.
 inline LookOptions look_of(Motion motion, LookOptions look) {

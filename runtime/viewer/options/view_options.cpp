@@ -43,7 +43,7 @@ std::string clip_as_options(const ClipRegion &clip) {
 
 const std::vector<std::pair<std::string, Quality>> kQualities{
     {"auto", Quality::automatic}, {"fast", Quality::fast}, {"fine", Quality::fine}};
-const std::vector<std::pair<std::string, DepthCue>> kDepthCues{
+const std::vector<std::pair<std::string, std::optional<DepthCue>>> kDepthCues{
     {"none", DepthCue::none}, {"eye-dome", DepthCue::eye_dome}, {"ambient-occlusion", DepthCue::ambient_occlusion}};
 
 const std::vector<std::pair<std::string, Backs>> kBacks{
@@ -72,13 +72,15 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
     line.add("--max-error",
              "Largest edge of the voxels drawn, pixels; finer detail is left out; default 2, of fine pictures 1.42",
              &options.max_error, {.check = Numbers{0.1, 64}});
-    line.add("--colour-by,--color-by",
-             "Draw points in the colours of a field (pbm-build --field); MAP: viridis, grey, classes",
-             [&look = options.look, store = stored(parse_colour_by, options.look.colour_by)](const std::string &text) {
-                 look.render.texture = true;
-                 return store(text);
-             },
-             {.type = "NAME[,MIN,MAX][,MAP]"});
+    line.add(
+        "--colour-by,--color-by",
+        "Colours of height, normal, plain, intensity, class, return or another field (pbm-build --field); default: "
+        "height for clouds without colours; MAP: viridis, grey, classes",
+        [&look = options.look, store = stored(parse_colour_by, options.look.colour_by)](const std::string &text) {
+            look.render.texture = look.render.point_colours = true;
+            return store(text);
+        },
+        {.type = "NAME[,MIN,MAX][,MAP]"});
 }
 
 // Each switch has a positive form, although on is the default: the dissertation's switches map to it.
@@ -93,7 +95,7 @@ void add_shading_options(CommandLine &line, LookOptions &look) {
     line.add("--reflections,!--no-reflections", "Of the panorama, where a material asks for it; default on",
              &render.reflections);
     command_line::add_choice(line, "--depth-cue", "depth cue", kDepthCues, look.depth_cue,
-                             "Shade by depth alone, for scans without colours; default none");
+                             "Shade by depth alone; default eye-dome for clouds without colours, else none");
     line.add("--legend,!--no-legend", "Of the colours of --colour-by; default on", &look.legend);
     line.add("--background-color,--background-colour", "sRGB, each 0..1; default 0.2,0.2,0.2",
              stored(parse_colour, render.background), {.type = "R,G,B"});
@@ -259,7 +261,7 @@ std::string camera_as_options(const Camera &camera, double view_angle) {
 const std::string &word_of(Backs backs) { return word_of(kBacks, backs); }
 const std::string &word_of(LightsFollow follow) { return word_of(kLightsFollow, std::optional(follow)); }
 const std::string &word_of(Quality quality) { return word_of(kQualities, quality); }
-const std::string &word_of(DepthCue cue) { return word_of(kDepthCues, cue); }
+const std::string &word_of(DepthCue cue) { return word_of(kDepthCues, std::optional(cue)); }
 const std::string &word_of(UpAxis up) { return word_of(kUpAxes, std::optional(up)); }
 
 std::string look_as_options(const LookOptions &look) {
@@ -280,8 +282,8 @@ std::string look_as_options(const LookOptions &look) {
         text += " --light-follows=" + word_of(*look.lights_follow);
     if (look.headlight)
         text += " --headlight=" + number_text(look.headlight->right) + "," + number_text(look.headlight->up);
-    if (look.depth_cue != standard.depth_cue)
-        text += " --depth-cue=" + word_of(look.depth_cue);
+    if (look.depth_cue)
+        text += " --depth-cue=" + word_of(*look.depth_cue);
     if (look.quality != standard.quality)
         text += " --quality=" + word_of(look.quality);
     if (look.quality != Quality::fast && look.samples != standard.samples)
@@ -306,7 +308,7 @@ std::string detail_as_options(const ViewOptions &options) {
 Status check_picture_memory(const ViewOptions &options) {
     const std::uint64_t bytes_per_pixel = 16 // colour, depth, two copies
                                           + (options.look.quality != Quality::fast ? 20 : 0) // sums of samples
-                                          + (options.look.depth_cue != DepthCue::none ? 8 : 0);
+                                          + (options.look.depth_cue.value_or(DepthCue::none) != DepthCue::none ? 8 : 0);
     const glm::ivec2 size = options.resolution;
     const auto pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
     if (pixels * bytes_per_pixel <= options.load.max_memory)

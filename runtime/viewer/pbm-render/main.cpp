@@ -7,6 +7,7 @@
 #include "system/threads/parallel.h"
 
 #include "model_drawer.h"
+#include "pbm_render/appearance/field_choice.h"
 #include "viewer/navigation/camera_control.h"
 #include "viewer/opening/prepared_model.h"
 #include "viewer/options/video_options.h"
@@ -72,6 +73,7 @@ struct VideoStatistics {
 
 // What a run drew and cost.
 struct RunStatistics {
+    LookOptions look; // as drawn
     RenderStatistics drawn;
     double load_ms = 0, frame_ms = 0;
     double encode_ms = 0;                // after the picture was drawn
@@ -108,7 +110,7 @@ void preset_thumbnail(int edge, ViewOptions &view) {
     view.look.samples = std::clamp(2 * kMaxFineThumbnail / edge, 1, kDefaultSamples);
     view.max_error = kFineMaxError * std::clamp(edge / kSharpThumbnail, 1.0, 2.0);
     view.look.render.background = {0, 0, 0, 0};
-    view.look.render.panorama = view.look.render.ground = false;
+    view.look.render.panorama = view.look.render.ground = view.look.legend = false;
     view.load.max_memory = kThumbnailMemory;
     view.load.threads = std::min(resolve_threads(0), kMaxThumbnailThreads);
 }
@@ -213,7 +215,7 @@ nlohmann::ordered_json look_json(const LookOptions &look) {
                                 {"panorama", render.panorama},
                                 {"ground", render.ground},
                                 {"reflections", render.reflections},
-                                {"depth_cue", word_of(look.depth_cue)}};
+                                {"depth_cue", word_of(look.depth_cue.value_or(DepthCue::none))}};
     if (look.colour_by)
         json["colour_by"] = look.colour_by->field;
     return json;
@@ -223,7 +225,7 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
     nlohmann::ordered_json json{{"width", arguments.view.resolution.x},
                                 {"height", arguments.view.resolution.y},
                                 {"renderer", arguments.view.renderer == Renderer::fast ? "fast" : "reference"},
-                                {"look", look_json(arguments.picture_look())},
+                                {"look", look_json(look_of(arguments.motion(), s.look))},
                                 {"level", s.drawn.level},
                                 {"points", s.drawn.points},
                                 {"drawn_points", s.drawn.drawn_points},
@@ -276,8 +278,7 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
     };
     std::ostringstream text;
     if (arguments.view.verbosity == command_line::Verbosity::verbose)
-        text << "view: " << view_as_options(camera, arguments.view, size) << look_as_options(arguments.view.look)
-             << '\n'
+        text << "view: " << view_as_options(camera, arguments.view, size) << look_as_options(s.look) << '\n'
              << "read: " << s.cost.bytes_read << " of " << s.file_bytes << " bytes, " << s.cost.points_decoded
              << " points decoded\n";
     text << std::fixed << std::setprecision(1);
@@ -441,7 +442,7 @@ Result<PreparedModel> prepare(const Arguments &arguments) {
     command_line::ProgressDisplay display(arguments.view.verbosity);
     ScanOptions scans = arguments.scans;
     if (arguments.view.look.colour_by)
-        scans.field = arguments.view.look.colour_by->field;
+        scans.field = field_to_keep(arguments.view.look.colour_by->field);
     return prepare_model(arguments.input,
                          {.scans = scans,
                           .threads = arguments.view.load.threads,
@@ -483,6 +484,7 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
         return fail(arguments.input, loaded.error());
     statistics.load_ms = loading.milliseconds();
     statistics.file_bytes = drawer.file_size();
+    statistics.look = drawer.look();
 
     std::optional<VideoSink> sink; // opened first: an unwritable file is refused before drawing
     if (const std::string &name = arguments.video().output; !name.empty()) {

@@ -10,7 +10,7 @@ Result<std::unique_ptr<ModelDrawer>> ModelDrawer::open(const std::string &path, 
                                                        std::shared_ptr<ThreadPool> pool) {
     auto scene =
         open_scene(path, {.threads = options.load.threads, .pool = pool, .max_memory = options.load.max_memory},
-                   options.look.colour_by);
+                   options.look.colour_by, options.up);
     if (!scene)
         return scene.error();
     auto extent = (*scene)->model.bounds();
@@ -23,9 +23,18 @@ Result<std::unique_ptr<ModelDrawer>> ModelDrawer::open(const std::string &path, 
 ModelDrawer::ModelDrawer(std::string path, const ViewOptions &options, std::unique_ptr<StreamedScene> scene,
                          Extent extent, std::shared_ptr<ThreadPool> pool)
     : path_(std::move(path)), options_(options), scene_(std::move(scene)), extent_(std::move(extent)),
-      look_(options.look, scene_->model.reader().parameters(), up_of(options, grid())) {
+      look_(options.look, scene_->model.reader().parameters(), up_of(options, grid()), scene_->unasked.depth_cue) {
     if (options_.renderer == Renderer::fast)
         painter_.emplace(*scene_, options_.load.threads, std::move(pool));
+}
+
+LookOptions ModelDrawer::look() const {
+    LookOptions look = look_.options;
+    if (look_.depth_cue() != DepthCue::none)
+        look.depth_cue = look_.depth_cue();
+    if (!look.colour_by && !scene_->unasked.colour_by.empty())
+        look.colour_by = ColourBy{.field = scene_->unasked.colour_by, .choice = {}};
+    return look;
 }
 
 DetailView ModelDrawer::view(const Camera &camera, glm::ivec2 size, Motion motion) const {
@@ -55,12 +64,13 @@ RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, Mo
         renderer.set_appearance(appearance);
         const RenderStatistics drawn =
             renderer.render(camera, options_.look.render, target, {.splats = options_.splats});
-        if (options_.look.depth_cue != DepthCue::none) {
+        if (look_.depth_cue() != DepthCue::none) {
             ThreadPool pool(1);
-            add_depth_cue(options_.look.depth_cue, camera, grid().edge(), pool, target);
+            add_depth_cue(look_.depth_cue(), camera, grid().edge(), pool, target);
         }
-        if (scene_->colours && options_.look.legend)
-            draw_legend(legend_of(scene_->drawn.fields[scene_->colours->field], *scene_->colours), target);
+        if (const auto legend = scene_->colours ? legend_of(*scene_->colours) : std::nullopt;
+            legend && options_.look.legend)
+            draw_legend(*legend, target);
         for (std::size_t task = 0; task < tasks.count; ++task)
             tasks.run(task, 0);
         return drawn;

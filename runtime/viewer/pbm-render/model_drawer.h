@@ -21,6 +21,8 @@ class ModelDrawer {
 
     const Extent &extent() const { return extent_; }
     const Grid &grid() const { return scene_->model.reader().parameters().grid; }
+    // The look that pictures have: as asked for, and where nobody asks as the model has it.
+    LookOptions look() const;
     // Whether the renderer needs framebuffers with depths.
     bool needs_depths() const { return !painter_; }
     const std::string &path() const { return path_; }

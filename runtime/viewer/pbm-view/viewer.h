@@ -121,6 +121,7 @@ class Viewer {
     void update_windows();
     void build_windows(std::optional<Look> &changed);
     void change_look(Look look);
+    void next_colours();
     std::optional<double> timeout() const;
     glm::ivec2 picture_size() const;
     OverlayText overlay_text() const;

@@ -73,7 +73,7 @@ Status Viewer::show(ShownModelPointer loaded, bool again) {
     if (recolours)
         shown_.look = look_before;
     else if (look_before)
-        shown_.look = std::make_shared<Look>(look_before->options, model.parameters(), shown_.up());
+        shown_.look = model.look_with(look_before->options, shown_.up());
     else if (!recording_ && is_first_start())
         hint_until_ = Window::now() + kHintTime;
     panel_.show_model({.file = &model.parameters(),

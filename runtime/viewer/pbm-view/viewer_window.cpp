@@ -1,6 +1,7 @@
 // The panel, the start page, questions and texts over the picture.
 #include "viewer.h"
 
+#include "pbm_render/appearance/field_choice.h"
 #include "viewer/pbm-view/window/view_text.h"
 
 #include <glm/common.hpp>
@@ -89,6 +90,23 @@ void Viewer::change_look(Look look) {
         recolours_ = true;
         open(shown_.model->path(), true);
     }
+}
+
+// Goes on to the next of the model's colours, after the last one to those of the file.
+void Viewer::next_colours() {
+    if (!shown_.model || shown_.is_recorded)
+        return;
+    Look look = *shown_.look;
+    const std::vector<std::string> names = colour_names(shown_.model->parameters());
+    const auto &by = look.options.colour_by;
+    const auto now = by ? std::find(names.begin(), names.end(), by->field) : names.end();
+    const auto next = now == names.end() ? names.begin() : now + 1;
+    if (next == names.end())
+        look.options.colour_by = std::nullopt;
+    else
+        colour_by(*next, look.options);
+    notices_.notify("Colours: " + (next == names.end() ? "as in the file" : *next));
+    change_look(std::move(look));
 }
 
 void Viewer::ask(Question question) {

@@ -9,9 +9,10 @@
 namespace pbm {
 
 struct Look {
-    // `up`: of the view that default lights, and lights that follow the eye, are given for.
-    Look(const LookOptions &look, const ModelParameters &parameters, UpAxis up)
-        : options(look), appearance(parameters) {
+    // `up`: of the view that default lights, and lights that follow the eye, are given for. `cue`: of the model where
+    // nobody asks for one.
+    Look(const LookOptions &look, const ModelParameters &parameters, UpAxis up, DepthCue cue = DepthCue::none)
+        : options(look), appearance(parameters), unasked_cue(cue) {
         appearance.up = up;
         if (parameters.lights.empty())
             appearance.lights = default_lights(up);
@@ -20,8 +21,11 @@ struct Look {
     // As the options ask, else as the appearance says.
     LightsFollow lights_follow() const { return options.lights_follow.value_or(appearance.lights_follow); }
 
+    DepthCue depth_cue() const { return options.depth_cue.value_or(unasked_cue); }
+
     LookOptions options;
     Appearance appearance;
+    DepthCue unasked_cue;
 };
 
 // The appearance that renderers draw the look with: with a headlight, its light is the only one.

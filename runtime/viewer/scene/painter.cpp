@@ -25,10 +25,8 @@ Renderer &with_appearance(Renderer &renderer, std::optional<Appearance> &last, c
 } // namespace
 
 Painter::Painter(const StreamedScene &scene, int threads, std::shared_ptr<ThreadPool> pool)
-    : scene_(scene),
-      legend_(scene.colours ? std::optional(legend_of(scene.drawn.fields[scene.colours->field], *scene.colours))
-                            : std::nullopt),
-      threads_(threads), pool_(std::move(pool)) {}
+    : scene_(scene), legend_(scene.colours ? legend_of(*scene.colours) : std::nullopt), threads_(threads),
+      pool_(std::move(pool)) {}
 
 Appearance Painter::appearance(const Look &look) const {
     Appearance appearance = appearance_for(look);
@@ -46,7 +44,7 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
                                Framebuffer &target, const RowTasks &tasks) {
     if (!draws_fine(look.options.quality, motion))
         return draw_fast(runs, camera, look, target, tasks);
-    const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
+    const RenderStatistics drawn = with_depth_cue(camera, look.depth_cue(), target, [&](Framebuffer &picture) {
         return fine(appearance(look)).render(runs, camera, look.options.render, picture, look.options.samples);
     });
     add_legend(look.options.legend, target);
@@ -58,9 +56,9 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
 RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                     Framebuffer &target, const RowTasks &tasks) {
     FastRenderer &renderer = fast(appearance(look));
-    if (look.options.depth_cue == DepthCue::none && !legend_)
+    if (look.depth_cue() == DepthCue::none && !legend_)
         return renderer.render(runs, camera, look.options.render, target, tasks);
-    const RenderStatistics drawn = with_depth_cue(camera, look.options.depth_cue, target, [&](Framebuffer &picture) {
+    const RenderStatistics drawn = with_depth_cue(camera, look.depth_cue(), target, [&](Framebuffer &picture) {
         return renderer.render(runs, camera, look.options.render, picture);
     });
     add_legend(look.options.legend, target);
@@ -71,7 +69,7 @@ RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera
 void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, int width,
                          int height) {
     fine_camera_ = camera;
-    fine_cue_ = look.options.depth_cue;
+    fine_cue_ = look.depth_cue();
     fine_legend_ = look.options.legend;
     fine(appearance(look)).begin(runs, camera, look.options.render, Framebuffer(width, height));
 }

@@ -54,12 +54,16 @@ Status check_scene(const std::string &path) {
 }
 
 Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options,
-                                                  const std::optional<ColourBy> &colour_by) {
+                                                  std::optional<ColourBy> colour_by, std::optional<UpAxis> up) {
     auto opened = open_file(path, Use::chunks);
     if (!opened)
         return opened.error();
-    if (colour_by && (!colour_by->if_there || has_field(opened->reader.parameters(), colour_by->field))) {
-        auto colours = choose_field_colours(opened->reader, colour_by->field, colour_by->choice);
+    if (colour_by && colour_by->if_there && !can_colour_by(opened->reader.parameters(), colour_by->field))
+        colour_by = std::nullopt;
+    if (const UnaskedLook unasked = unasked_look(opened->reader); !colour_by && !unasked.colour_by.empty())
+        colour_by = ColourBy{.field = unasked.colour_by, .choice = {}};
+    if (colour_by) {
+        auto colours = choose_field_colours(opened->reader, colour_by->field, colour_by->choice, up);
         if (!colours)
             return colours.error();
         options.field = std::move(*colours);
@@ -77,7 +81,7 @@ Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const L
     if (!opened)
         return opened.error();
     LoadOptions load = options;
-    load.fields = colours.has_value();
+    load.fields = colours && colours->basis == ColourBasis::field;
     auto model = load_model(opened->reader, load);
     if (!model)
         return model.error();

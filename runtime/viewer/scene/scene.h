@@ -3,6 +3,7 @@
 
 #include "pbm_format/reading/load_model.h"
 #include "pbm_render/detail/streamed_model.h"
+#include "pbm_render/shading/unasked_look.h"
 #include "pbm_render/surroundings/surroundings.h"
 #include "pbm_render/tables/table_renderer.h"
 #include "system/files/mapped_file.h"
@@ -20,23 +21,27 @@ namespace pbm {
 struct StreamedScene {
     StreamedScene(MappedFile mapped, Reader reader, TiledImages images, StreamingOptions options)
         : file(std::move(mapped)), colours(options.field), model(std::move(reader), std::move(options)),
+          unasked(unasked_look(model.reader())),
           drawn(colours ? with_field_colours(model.reader().parameters(), *colours) : model.reader().parameters()),
           surroundings(std::make_shared<const Surroundings>(model.reader().parameters(), std::move(images))) {}
     StreamedScene(const StreamedScene &) = delete;
     StreamedScene &operator=(const StreamedScene &) = delete;
 
     const MappedFile file;
-    const std::optional<FieldColours> colours; // of the field that the points show
+    const std::optional<FieldColours> colours; // that the points show in place of their own
     StreamedModel model;
+    const UnaskedLook unasked;
     const ModelParameters drawn;                            // as the renderers take them
     const std::shared_ptr<const Surroundings> surroundings; // refers to the model
 };
 
-// Reads header and small sections only, which takes a negligible time, and what choose_field_colours reads.
+// Reads header and small sections only, which takes a negligible time, and what choose_field_colours reads. `up`: the
+// axis of heights; absent: that of the grid.
 //
 // errors  also those of choose_field_colours
 Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options,
-                                                  const std::optional<ColourBy> &colour_by = {});
+                                                  std::optional<ColourBy> colour_by = {},
+                                                  std::optional<UpAxis> up = {});
 
 // A model completely in memory. Not movable: the renderer refers to the model. Immutable, so any thread may draw it.
 struct Scene {

@@ -336,7 +336,7 @@ TEST(CApiPicture, RefusesSizesAndOptionsThatAreNone) {
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.quality = 2; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.samples = 257; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.samples = -1; }));
-    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.depth_cue = 3; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.depth_cue = 4; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.light_follows = 3; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.flags = 512; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.finest_level = 17; }));

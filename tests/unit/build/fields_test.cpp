@@ -87,6 +87,47 @@ TEST(BuiltFields, AFieldWithoutAnyValueIsRefused) {
               "--field i: no point has a value; leave this option out");
 }
 
+// As a reader leaves the usual fields behind those that were asked for: class, intensity, return number.
+TEST(BuiltFields, UsualFieldsAreKeptWhereTheyVary) {
+    Surface points = points_with({{0, 100}, {5, 354}, {9, 101}});
+    points.field_values[1] = {{2}, {2}, {2}};
+    points.field_values[2] = {{7}, {9}, {8}};
+    points.field_units[2] = "dB";
+    BuildOptions options = with_field("i");
+    const Model model = built(points, options);
+    ASSERT_EQ(model.parameters.fields.size(), 2U);
+    EXPECT_EQ(model.parameters.fields[1],
+              (Field{.name = "intensity", .unit = "dB", .offset = 7, .scale = 1, .bytes = 1}));
+    EXPECT_EQ(values_of(model, 1), (std::vector<double>{7, 9, 8}));
+    options.dropped_fields = {"classification"}; // the reader has then left the intensity one slot ahead
+    points.field_values[1] = std::move(points.field_values[2]);
+    points.field_values[2].clear();
+    EXPECT_EQ(built(points, options).parameters.fields[1].name, "intensity");
+    options.fields.resize(kMaxFields, options.fields.front()); // no room
+    for (std::size_t i = 0; i < kMaxFields; ++i) {
+        options.fields[i].name = std::to_string(i);
+        points.field_values[i] = {{1}, {2}, {3}};
+    }
+    EXPECT_EQ(built(points, options).parameters.fields.size(), kMaxFields);
+}
+
+TEST(BuiltFields, OnlyUncolouredCloudsAreNamedSo) {
+    const auto is_named = [](const Surface &surface, const BuildOptions &options) {
+        return built(surface, options).metadata.find("\"uncoloured_cloud\":true") != std::string::npos;
+    };
+    Surface points = points_with({{0, 100}, {5, 354}, {9, 101}});
+    BuildOptions options = with_field("i");
+    EXPECT_TRUE(is_named(points, options));
+    options.scene.given = {{"lights", "studio"}};
+    EXPECT_FALSE(is_named(points, options));
+    options.scene.given.clear();
+    points.normals.assign(3, {0, 0, 1});
+    EXPECT_FALSE(is_named(points, options));
+    points.normals.clear();
+    points.colours.assign(3, Rgb8{1, 2, 3});
+    EXPECT_FALSE(is_named(points, options));
+}
+
 TEST(BuiltFields, LongNamesThatBeginAlikeAreRefused) {
     BuildOptions options = with_field(std::string(40, 'a') + "1");
     options.fields.push_back(value_of(parse_field(std::string(40, 'a') + "2")));

@@ -9,7 +9,7 @@ namespace {
 const Field kIntensity{.name = "intensity", .unit = "dB", .offset = 0, .scale = 1, .bytes = 1};
 
 TEST(Legend, SaysNameUnitAndRange) {
-    const Legend legend = legend_of(kIntensity, field_colours(0, kIntensity, {.range = {{0, 5}}, .map = {}}, {}));
+    const Legend legend = *legend_of(field_colours(0, kIntensity, {.range = {{0, 5}}, .map = {}}, {}));
     EXPECT_EQ(legend.title, "intensity (dB)");
     EXPECT_EQ(legend.ticks, (std::array<std::string, 3>{"0", "2.5", "5"}));
     EXPECT_TRUE(legend.rows.empty());
@@ -17,25 +17,25 @@ TEST(Legend, SaysNameUnitAndRange) {
 
 TEST(Legend, TellsItsTicksApart) {
     const Field time{.name = "gps_time", .unit = "s", .offset = 388000000, .scale = 0.001, .bytes = 2};
-    const Legend legend = legend_of(time, field_colours(0, time, {.range = {{388000000, 388000001}}, .map = {}}, {}));
+    const Legend legend = *legend_of(field_colours(0, time, {.range = {{388000000, 388000001}}, .map = {}}, {}));
     EXPECT_EQ(legend.ticks, (std::array<std::string, 3>{"388000000", "388000000.5", "388000001"}));
-    const Legend constant = legend_of(kIntensity, field_colours(0, kIntensity, {}, Bytes(9, 8)));
+    const Legend constant = *legend_of(field_colours(0, kIntensity, {}, Bytes(9, 8)));
     EXPECT_EQ(constant.ticks, (std::array<std::string, 3>{"", "7", ""}));
 }
 
 TEST(Legend, NamesTheClassesOfLas) {
     const Field classes{.name = "classification", .unit = "", .average = FieldAverage::majority};
-    const Legend legend = legend_of(classes, field_colours(0, classes, {}, Bytes{3, 7, 200}));
+    const Legend legend = *legend_of(field_colours(0, classes, {}, Bytes{3, 7, 200}));
     ASSERT_EQ(legend.rows.size(), 3U);
     EXPECT_EQ(legend.rows[0].text, "2 ground");
     EXPECT_EQ(legend.rows[1].text, "6 building");
     EXPECT_EQ(legend.rows[2].text, "199");
     const Field below{.name = "classification", .unit = "", .offset = -1, .average = FieldAverage::majority};
-    EXPECT_EQ(legend_of(below, field_colours(0, below, {}, Bytes{1})).rows[0].text, "-1");
+    EXPECT_EQ(legend_of(field_colours(0, below, {}, Bytes{1}))->rows[0].text, "-1");
 }
 
 TEST(Legend, IsDrawnInTheCornerAndLeftOutOfSmallPictures) {
-    const Legend legend = legend_of(kIntensity, field_colours(0, kIntensity, {}, {}));
+    const Legend legend = *legend_of(field_colours(0, kIntensity, {}, {}));
     const auto changed = [&](int width, int height) {
         Framebuffer picture(width, height);
         picture.clear({200, 200, 200, 255});

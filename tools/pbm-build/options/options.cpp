@@ -6,6 +6,7 @@
 #include "pbm_scan/formats.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/table/text_cloud.h"
+#include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_number.h"
 #include "pbm_scan/text/words.h"
 #include "recipe.h"
@@ -313,6 +314,14 @@ void add_input_options(CommandLine &line, Arguments &arguments) {
               }});
 }
 
+// Why no build keeps this field by itself; empty: it does.
+std::string not_usual(const std::string &name) {
+    const bool is_usual = std::find(kUsualFields.begin(), kUsualFields.end(), name) != kUsualFields.end();
+    return is_usual ? ""
+                    : "'" + printable(name) + "'" +
+                          " is not kept by default; those are classification, intensity, return_number";
+}
+
 void add_field_options(CommandLine &line, Arguments &arguments) {
     BuildOptions &options = arguments.build;
     line.topic = "Measurements";
@@ -321,6 +330,10 @@ void add_field_options(CommandLine &line, Arguments &arguments) {
              "average (mean, majority, max) and its bits (8, 16)",
              &arguments.fields,
              {.type = "NAME[=MIN,MAX][,mean|majority|max][,8|16]", .check = command_line::readable(parse_field)});
+    line.add("--drop-field", "Keep no field of class, intensity or return number, which LAS files get where they vary",
+             &options.dropped_fields, {.type = "NAME,..", .check = not_usual, .separator = ',', .proposals = [] {
+                                           return std::vector<std::string>(kUsualFields.begin(), kUsualFields.end());
+                                       }});
     line.add("--drop-class", "Leave out points of these classes: numbers, or names such as noise,water",
              command_line::stored(parse_classes, options.dropped_classes),
              {.type = "LIST", .check = command_line::readable(parse_classes)});

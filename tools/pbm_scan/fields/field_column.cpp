@@ -97,8 +97,8 @@ Result<std::bitset<256>> parse_classes(const std::string &list) {
     return classes;
 }
 
-std::vector<FieldColumn> field_columns(Surface &surface, const ReadOptions &options,
-                                       std::span<const FieldOffer> offers) {
+std::vector<FieldColumn> field_columns(Surface &surface, const ReadOptions &options, std::span<const FieldOffer> offers,
+                                       std::span<const std::string> usual) {
     std::vector<std::vector<std::size_t>> slots(offers.size());
     const auto give = [&](std::size_t slot, std::string_view name) {
         int best = 0;
@@ -116,6 +116,12 @@ std::vector<FieldColumn> field_columns(Surface &surface, const ReadOptions &opti
     };
     for (std::size_t slot = 0; slot < options.fields.size(); ++slot)
         give(slot, options.fields[slot]);
+    for (std::size_t i = 0, slot = options.fields.size(); i < usual.size() && slot < kMaxFields; ++i, ++slot)
+        for (std::size_t offer = 0; offer < offers.size(); ++offer)
+            if (offers[offer].name == usual[i] && slots[offer].empty()) {
+                surface.field_units[slot] = std::string(offers[offer].unit);
+                slots[offer].push_back(slot);
+            }
     if (options.dropped_classes.any() && !give(kMaxFields, "classification"))
         give(kMaxFields, "class");
     std::vector<FieldColumn> columns;

@@ -58,9 +58,10 @@ class FieldColumn {
     std::vector<std::size_t> slots_;
 };
 
-// The columns of all attributes of the file. Each field of `options` goes to the attribute whose name fits it best.
-std::vector<FieldColumn> field_columns(Surface &surface, const ReadOptions &options,
-                                       std::span<const FieldOffer> offers);
+// The columns of all attributes of the file. Each field of `options` goes to the attribute whose name fits it best;
+// each of `usual`, ReadOptions::usual_fields, to that of the same name unless it is a field already.
+std::vector<FieldColumn> field_columns(Surface &surface, const ReadOptions &options, std::span<const FieldOffer> offers,
+                                       std::span<const std::string> usual = {});
 FieldColumn field_column(Surface &surface, const ReadOptions &options, std::string_view name); // the only one
 
 inline constexpr std::string_view kSkippedColumn = "-"; // name of an attribute that is no field and is not reported

@@ -35,7 +35,7 @@ class Measurements {
         offers.reserve(all_.size());
         for (const LasMeasurement &measurement : all_)
             offers.push_back({measurement.name, measurement.unit});
-        columns_ = field_columns(surface, options, offers);
+        columns_ = field_columns(surface, options, offers, options.usual_fields);
         for (std::size_t i = 0; i < all_.size(); ++i)
             if (columns_[i].is_wanted())
                 wanted_.emplace_back(&all_[i], &columns_[i]);
@@ -179,9 +179,9 @@ Result<Surface> read_las(std::span<const std::uint8_t> bytes, const ReadOptions 
     report_header(*header, count, surface);
     if (format.colour != 0)
         keep_colours(colours, surface);
-    if (std::any_of(intensities.begin(), intensities.end(), [](float value) { return value != 0; }))
-        use_intensities(intensities, surface,
-                        measurements.keeps_intensity() ? "" : "the points have colours; --field intensity keeps it");
+    if (!measurements.keeps_intensity() &&
+        std::any_of(intensities.begin(), intensities.end(), [](float value) { return value != 0; }))
+        use_intensities(intensities, surface, "the points have colours; --field intensity keeps it");
     measurements.report(*header, bits, surface);
     report_trailing(surface.report, records->bytes_behind(), "behind the last point");
     if (header->has_index)

@@ -84,7 +84,8 @@ struct Surface {
     std::vector<Texture> textures;
     std::vector<TextureCorners> texture_corners; // [triangles]; empty without textures
     std::vector<std::uint16_t> texture_ids;      // [triangles] < textures.size(), or kNoTexture; empty without textures
-    std::array<std::vector<FieldValue>, kFieldSlots> field_values;   // by their number in ReadOptions::fields
+    std::array<std::vector<FieldValue>, kFieldSlots> field_values;   // by their number in ReadOptions::fields,
+                                                                     // then in usual_fields
     std::array<std::optional<std::string>, kFieldSlots> field_units; // absent: the file has no such field
     std::vector<std::string> offered_fields;                         // attributes that could be fields
     std::vector<AttributeReport> report;                             // in the order of the file
@@ -209,6 +210,7 @@ struct ReadOptions {
     const ScanFormat *format = nullptr;          // of files that neither content nor name identifies (surface_reader.h)
     std::vector<std::string> columns{};          // names of a table's columns (text_cloud.h); empty: from the table
     std::vector<std::string> fields{};           // names of attributes to keep, at most kMaxFields
+    std::vector<std::string> usual_fields{};     // of laser scans, kept behind those if there is room in kMaxFields
     std::bitset<256> dropped_classes{};          // points with these classes are left out
     Material default_material{};                 // values that a material of the file does not set
     std::function<void(double done)> progress{}; // called from the calling thread with 0..1; may be empty

@@ -1,5 +1,7 @@
 #include "viewer/pbm-view/opening/opening.h"
 
+#include "pbm_render/appearance/field_choice.h"
+
 #include <new>
 #include <utility>
 
@@ -24,7 +26,7 @@ Opening::Opening(ThreadPool &pool, std::string path, const ViewOptions &options,
                                 },
                             .stop = stop_.get_token()};
     if (const auto &by = options.look.colour_by; by && !by->if_there)
-        preparation.scans.field = by->field;
+        preparation.scans.field = field_to_keep(by->field);
     opened_ = pool.post([&pool, path = path_, options, set_progress,
                          preparation = std::move(preparation)]() -> Result<ShownModelPointer> {
         try {

@@ -3,6 +3,7 @@
 #include "viewer/pbm-view/window/view_text.h"
 
 #include "pbm_format/model/material_presets.h"
+#include "pbm_render/appearance/field_choice.h"
 
 #include <glm/trigonometric.hpp>
 #include <imgui.h>
@@ -143,7 +144,8 @@ bool build_switches(const ModelParameters &file, bool has_panorama, RenderOption
     return changed;
 }
 
-bool build_quality(LookOptions &options) {
+bool build_quality(Look &look) {
+    LookOptions &options = look.options;
     bool changed = false;
     bool fine = draws_fine(options.quality, Motion::still);
     if (ImGui::Checkbox("Fine at rest", &fine)) {
@@ -152,7 +154,7 @@ bool build_quality(LookOptions &options) {
     }
     if (fine)
         changed |= ImGui::SliderInt("Samples", &options.samples, 1, kMaxSamples, "%d", ImGuiSliderFlags_AlwaysClamp);
-    int cue = static_cast<int>(options.depth_cue);
+    int cue = static_cast<int>(look.depth_cue());
     if (ImGui::Combo("Depth cue", &cue, "none\0eye-dome\0ambient occlusion\0")) {
         options.depth_cue = static_cast<DepthCue>(cue);
         changed = true;
@@ -166,10 +168,8 @@ bool build_quality(LookOptions &options) {
     return changed;
 }
 
-// The field in whose colours the points are drawn.
-bool build_field(const std::vector<Field> &fields, LookOptions &options) {
-    if (fields.empty())
-        return false;
+// What the points are coloured by.
+bool build_colours(const ModelParameters &file, LookOptions &options) {
     const std::string shown = options.colour_by ? options.colour_by->field : "as in the file";
     bool changed = false;
     if (ImGui::BeginCombo("Colours", shown.c_str())) {
@@ -177,17 +177,14 @@ bool build_field(const std::vector<Field> &fields, LookOptions &options) {
             options.colour_by = std::nullopt;
             changed = true;
         }
-        for (const Field &field : fields)
-            if (ImGui::Selectable(field.name.c_str(), shown == field.name) && shown != field.name) {
-                options.colour_by = ColourBy{.field = field.name, .choice = {}, .if_there = true};
-                options.render.texture = true;
+        for (const std::string &name : colour_names(file))
+            if (ImGui::Selectable(name.c_str(), shown == name) && shown != name) {
+                colour_by(name, options);
                 changed = true;
             }
         ImGui::EndCombo();
     }
-    if (options.colour_by)
-        changed |= ImGui::Checkbox("Legend", &options.legend);
-    return changed;
+    return ImGui::Checkbox("Legend", &options.legend) || changed;
 }
 
 bool edit_angle(const char *label, double &radians, float most) {
@@ -390,8 +387,8 @@ bool Panel::build(Look &look, glm::ivec2 size, float scale, const std::string &s
         ImGui::PushItemWidth(kItemWidth * scale);
         // Build every part, even if an earlier one reports a change.
         changed = build_switches(*model_.file, model_.has_panorama, look.options.render);
-        changed = build_quality(look.options) || changed;
-        changed = build_field(model_.file->fields, look.options) || changed;
+        changed = build_quality(look) || changed;
+        changed = build_colours(*model_.file, look.options) || changed;
         if (ImGui::CollapsingHeader("Lights"))
             changed = build_lights(look, shadows) || changed;
         if (ImGui::CollapsingHeader("Materials"))

@@ -24,6 +24,7 @@ enum class Key {
     save,
     reset,
     up_axis,
+    colours,
     switch_camera,
     help,
     frame_time,

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace pbm::build {
 namespace {
@@ -105,6 +106,26 @@ std::string note_of(const Field &field, const Values &values, std::uint64_t vert
     return note;
 }
 
+// The field that the values of a slot become.
+Result<Field> choose_field(Surface &surface, std::size_t slot, const FieldRequest &request,
+                           BuildStatistics &statistics) {
+    Field field{.name = cut(request.name, kMaxFieldName),
+                .unit = cut(surface.field_units[slot].value_or(""), kMaxFieldUnit)};
+    const Values values = survey(surface.field_values[slot], request.range);
+    if (values.count == 0)
+        return bad_input("--field " + printable(field.name) + ": no point has a value; leave this option out");
+    if (!std::isfinite(values.most - values.least))
+        return bad_input("--field " + printable(field.name) +
+                         ": its values are too far apart for a number; give a range, like =0,255");
+    for (FieldValue &value : surface.field_values[slot])
+        if (request.range)
+            value.number = std::clamp(value.number, (*request.range)[0], (*request.range)[1]);
+    choose_steps(values, request.bits, field);
+    field.average = request.average.value_or(is_label(request.name) ? FieldAverage::majority : FieldAverage::mean);
+    statistics.report("field " + printable(field.name), Fate::kept, note_of(field, values, surface.positions.size()));
+    return field;
+}
+
 } // namespace
 
 Result<FieldRequest> parse_field(const std::string &text) {
@@ -146,32 +167,45 @@ Result<FieldRequest> parse_field(const std::string &text) {
     return request;
 }
 
+std::vector<std::string> usual_fields(std::span<const std::string> dropped) {
+    std::vector<std::string> fields;
+    for (const std::string_view name : kUsualFields)
+        if (std::none_of(dropped.begin(), dropped.end(), [&](const std::string &each) { return each == name; }))
+            fields.emplace_back(name);
+    return fields;
+}
+
 Result<std::vector<Field>> choose_fields(Surface &surface, std::span<const FieldRequest> requests,
-                                         BuildStatistics &statistics) {
+                                         std::span<const std::string> usual, BuildStatistics &statistics) {
     std::vector<Field> fields;
     for (std::size_t i = 0; i < requests.size(); ++i) {
         const FieldRequest &request = requests[i];
         if (surface.field_values[i].empty())
             return no_such_field(request.name, surface);
-        Field field{.name = cut(request.name, kMaxFieldName),
-                    .unit = cut(surface.field_units[i].value_or(""), kMaxFieldUnit)};
-        if (std::any_of(fields.begin(), fields.end(), [&](const Field &other) { return other.name == field.name; }))
+        Result<Field> field = choose_field(surface, i, request, statistics);
+        if (!field)
+            return field.error();
+        if (std::any_of(fields.begin(), fields.end(), [&](const Field &other) { return other.name == field->name; }))
             return usage("two fields have the same first " + std::to_string(kMaxFieldName) + " bytes of their names, " +
-                         printable_in_quotes(field.name) + "; leave one of these --field out");
-        const Values values = survey(surface.field_values[i], request.range);
-        if (values.count == 0)
-            return bad_input("--field " + printable(field.name) + ": no point has a value; leave this option out");
-        if (!std::isfinite(values.most - values.least))
-            return bad_input("--field " + printable(field.name) +
-                             ": its values are too far apart for a number; give a range, like =0,255");
-        for (FieldValue &value : surface.field_values[i])
-            if (request.range)
-                value.number = std::clamp(value.number, (*request.range)[0], (*request.range)[1]);
-        choose_steps(values, request.bits, field);
-        field.average = request.average.value_or(is_label(request.name) ? FieldAverage::majority : FieldAverage::mean);
-        statistics.report("field " + printable(field.name), Fate::kept,
-                          note_of(field, values, surface.positions.size()));
-        fields.push_back(std::move(field));
+                         printable_in_quotes(field->name) + "; leave one of these --field out");
+        fields.push_back(std::move(*field));
+    }
+    for (std::size_t i = 0, slot = requests.size(); i < usual.size() && slot < kMaxFields; ++i, ++slot) {
+        std::vector<FieldValue> values = std::exchange(surface.field_values[slot], {});
+        const Values found = survey(values, {});
+        if (found.least == found.most)
+            statistics.report("field " + usual[i], Fate::converted, formatted("no field: all are %g", found.least));
+        const bool is_taken =
+            std::any_of(fields.begin(), fields.end(), [&](const Field &other) { return other.name == usual[i]; });
+        if (!(found.least < found.most) || is_taken)
+            continue;
+        surface.field_values[fields.size()] = std::move(values);
+        surface.field_units[fields.size()] = surface.field_units[slot];
+        Result<Field> field = choose_field(surface, fields.size(),
+                                           {.name = usual[i], .range = {}, .average = {}, .bits = {}}, statistics);
+        if (!field)
+            return field.error();
+        fields.push_back(std::move(*field));
     }
     return fields;
 }

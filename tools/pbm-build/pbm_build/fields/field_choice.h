@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace pbm::build {
@@ -20,6 +21,12 @@ struct FieldRequest {
     std::optional<FieldAverage> average;
     std::optional<int> bits; // 8 or 16
 };
+
+// Measurements of laser scans that a build keeps although nobody asks, where they vary: class, intensity and number of
+// the return.
+inline constexpr std::array<std::string_view, 3> kUsualFields{"classification", "intensity", "return_number"};
+// Those that are not in `dropped`.
+std::vector<std::string> usual_fields(std::span<const std::string> dropped);
 
 // "NAME[=MIN,MAX][,mean|majority|max][,8|16]", the last two in any order.
 Result<FieldRequest> parse_field(const std::string &text);
@@ -33,12 +40,13 @@ struct FieldSamples {
 };
 
 // Clamps the values of `surface` to the ranges of the requests. Whole numbers that fit are stored as they are; of other
-// values the range is divided evenly. Of several inputs those without a field have no values of it.
+// values the range is divided evenly. Of several inputs those without a field have no values of it. `usual`: fields
+// that are kept behind those where the scan has them and their values are not all equal.
 //
 // errors  usage      no input has one of the fields; the message lists those that there are
 //         bad_input  no point has a finite value of a field, or its values are too far apart for a double
 Result<std::vector<Field>> choose_fields(Surface &surface, std::span<const FieldRequest> requests,
-                                         BuildStatistics &statistics);
+                                         std::span<const std::string> usual, BuildStatistics &statistics);
 
 std::vector<FieldSamples> field_samples(const Surface &surface, std::span<const Field> fields);
 

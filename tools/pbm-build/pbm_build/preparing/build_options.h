@@ -34,6 +34,7 @@ struct BuildOptions {
     SceneRequest scene;
     MeshRequest mesh;
     std::vector<FieldRequest> fields;              // at most kMaxFields
+    std::vector<std::string> dropped_fields{};     // of usual_fields(): not kept
     std::bitset<256> dropped_classes{};            // points with these classes are left out
     bool is_geographic = false;                    // x and y of the inputs are degrees
     double min_opacity = 0.2;                      // 0..1: fainter Gaussian splats are left out

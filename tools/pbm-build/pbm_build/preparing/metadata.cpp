@@ -8,7 +8,7 @@
 
 namespace pbm::build {
 
-Result<Metadata> make_metadata(const BuildOptions &build, ColourFormat colour, const std::string &crs) {
+Result<Metadata> make_metadata(const BuildOptions &build, const ScanFacts &scan) {
     const GridRequest &grid = build.grid;
     const Placement &placement = build.placement;
     nlohmann::ordered_json metadata;
@@ -20,6 +20,8 @@ Result<Metadata> make_metadata(const BuildOptions &build, ColourFormat colour, c
     add("name", build.credits.name);
     add("licence", build.credits.licence);
     add("credit", build.credits.credit);
+    if (scan.is_uncoloured_cloud && build.scene.given.empty())
+        metadata["uncoloured_cloud"] = true;
     nlohmann::ordered_json &options = metadata["options"];
     const auto give = [&](const char *key, const auto &value) {
         if (value)
@@ -32,8 +34,8 @@ Result<Metadata> make_metadata(const BuildOptions &build, ColourFormat colour, c
     set("grid_like", grid.like.has_value());
     give("scale", placement.scale);
     give("origin", placement.origin);
-    if (colour != ColourFormat::none)
-        options["colour"] = colour == ColourFormat::rgb565 ? 565 : 888;
+    if (scan.colour != ColourFormat::none)
+        options["colour"] = scan.colour == ColourFormat::rgb565 ? 565 : 888;
     if (build.storage == Storage::mapped)
         options["store"] = "mapped";
     else
@@ -56,6 +58,8 @@ Result<Metadata> make_metadata(const BuildOptions &build, ColourFormat colour, c
         options["min_opacity"] = build.min_opacity;
     set("keep_outliers", build.outliers == Outliers::keep);
     give("upsample", build.upsample);
+    if (!build.dropped_fields.empty())
+        options["drop_field"] = build.dropped_fields;
     for (const GivenOption &given : build.scene.given) {
         nlohmann::ordered_json &value = options[given.name];
         if (value.is_null())
@@ -75,6 +79,7 @@ Result<Metadata> make_metadata(const BuildOptions &build, ColourFormat colour, c
     if (text.size() > kMaxMetadataBytes)
         return usage("--name, --licence, --credit and the options of the scene are too long: metadata is at most "
                      "4,096 bytes");
+    const std::string &crs = scan.crs;
     if (crs.empty())
         return Metadata{std::move(text)};
     constexpr std::size_t kRecord = 256; // room for the hashes of source_record.h

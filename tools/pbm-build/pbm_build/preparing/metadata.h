@@ -10,11 +10,18 @@ struct Metadata {
     bool has_crs = false;
 };
 
-// The credits, and of the options those that were given and shape the file. `colour`: as the file has it. `crs`: the
-// coordinate reference system of the scan, or empty; its name and number where the section has no room for all of it,
-// and left out where it is no UTF-8 or there is no room at all.
+// What the metadata says of the scan itself.
+struct ScanFacts {
+    ColourFormat colour = ColourFormat::none; // of the file
+    bool is_uncoloured_cloud = false;         // points without faces, colours, normals and materials
+    std::string crs{};                        // coordinate reference system, or empty
+};
+
+// The credits, and of the options those that were given and shape the file. An uncoloured cloud is named as one, unless
+// an option of the scene gives it a look. Of the coordinate reference system, the metadata has name and number where
+// the section has no room for all of it; it is left out where it is no UTF-8 or there is no room at all.
 //
 // errors  usage  not UTF-8, or longer than 4 KB
-Result<Metadata> make_metadata(const BuildOptions &build, ColourFormat colour, const std::string &crs);
+Result<Metadata> make_metadata(const BuildOptions &build, const ScanFacts &scan);
 
 } // namespace pbm::build

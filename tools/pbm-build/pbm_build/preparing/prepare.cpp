@@ -82,6 +82,13 @@ void choose_orientation(const Convention &convention, const Surface &surface, co
     statistics.report("up axis", Fate::kept, std::string(to_string(*convention.up)) + ": " + convention.up_reason);
 }
 
+// Whether its points were measured without faces, colours, normals and materials.
+bool is_uncoloured_cloud(const Surface &surface, const AttributeSet &set) {
+    return surface.triangles.empty() && surface.normals.empty() && set.colour == ColourFormat::none &&
+           std::all_of(surface.materials.begin(), surface.materials.end(),
+                       [](const Material &material) { return material == Material(); });
+}
+
 } // namespace
 
 Result<std::vector<Surface>> read_surfaces(std::span<const std::string> inputs, const Run &run) {
@@ -104,6 +111,7 @@ Result<std::vector<Surface>> read_surfaces(std::span<const std::string> inputs, 
                                             .format = options.input_format,
                                             .columns = options.columns,
                                             .fields = field_names,
+                                            .usual_fields = usual_fields(options.dropped_fields),
                                             .dropped_classes = options.dropped_classes,
                                             .default_material = options.scene.default_material.value_or(Material{}),
                                             .progress = read_progress,
@@ -179,11 +187,14 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
     if (Status bounded = check_bounds(scan.bounds); !bounded)
         return bounded.error();
     scan.set = choose_attributes(surface, options.colour);
-    Result<std::vector<Field>> fields = choose_fields(surface, options.fields, statistics);
+    Result<std::vector<Field>> fields =
+        choose_fields(surface, options.fields, usual_fields(options.dropped_fields), statistics);
     if (!fields)
         return fields.error();
     scan.fields = std::move(*fields);
-    Result<Metadata> metadata = make_metadata(options, scan.set.colour, surface.crs);
+    Result<Metadata> metadata = make_metadata(
+        options,
+        {.colour = scan.set.colour, .is_uncoloured_cloud = is_uncoloured_cloud(surface, scan.set), .crs = surface.crs});
     if (!metadata)
         return metadata.error();
     scan.metadata = std::move(metadata->text);
