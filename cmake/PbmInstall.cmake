@@ -82,5 +82,5 @@ file(REMOVE ${CMAKE_CURRENT_BINARY_DIR}/pbmConfig.cmake ${CMAKE_CURRENT_BINARY_D
 configure_package_config_file(cmake/pbmConfig.cmake.in ${package}/pbmConfig.cmake
     INSTALL_DESTINATION ${PBM_CMAKE_DIR})
 write_basic_package_version_file(${package}/pbmConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${package}/pbmConfig.cmake ${package}/pbmConfigVersion.cmake cmake/PbmAddAsset.cmake
+install(FILES ${package}/pbmConfig.cmake ${package}/pbmConfigVersion.cmake cmake/PbmAddAsset.cmake cmake/Findsquish.cmake
     DESTINATION ${PBM_CMAKE_DIR})

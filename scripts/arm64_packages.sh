@@ -8,8 +8,8 @@ made=$PWD/build/arm64_packages
 [ ! -d "$made" ] || exit 0
 part=$made.part
 packages=(libc6-dev libhwy-dev libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libisal-dev
-    libjpeg62-turbo-dev libtomlplusplus-dev libpng-dev libstb-dev zlib1g-dev libwebp-dev libdraco-dev
-    libmeshoptimizer-dev libexpat1-dev libeigen3-dev libgtest-dev)
+    libjpeg62-turbo-dev libtomlplusplus-dev libpng-dev libstb-dev zlib1g-dev libwebp-dev libtiff-dev libsquish-dev
+    libdraco-dev libmeshoptimizer-dev libexpat1-dev libeigen3-dev libgtest-dev)
 alone=(libopenmesh-dev libopenmesh1) # without the 53 packages that they name: none is needed
 
 rm -rf "$part"

@@ -17,8 +17,8 @@ runtime=(g++ cmake ninja-build pkg-config
     libhwy-dev libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libisal-dev
     libjpeg62-turbo-dev libstb-dev)
 viewer=("${runtime[@]}" libglfw3-dev libepoxy-dev libimgui-dev)
-demo=("${runtime[@]}" libtomlplusplus-dev libpng-dev zlib1g-dev libwebp-dev libdraco-dev libmeshoptimizer-dev
-    libexpat1-dev libeigen3-dev)
+demo=("${runtime[@]}" libtomlplusplus-dev libpng-dev zlib1g-dev libwebp-dev libtiff-dev libsquish-dev
+    libdraco-dev libmeshoptimizer-dev libexpat1-dev libeigen3-dev)
 all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     ccache libgtest-dev libembree-dev python3 python3-jsonschema python3-zstandard python3-xxhash python3-yaml
     git meson pre-commit bazel-bootstrap

@@ -4,6 +4,7 @@
 #include "pbm_format/model/point_values.h"
 #include "pbm_scan/images/image_decoder.h"
 #include "unit/support/image_files.h"
+#include "unit/support/tiff_files.h"
 
 #include <gtest/gtest.h>
 
@@ -49,11 +50,13 @@ Status decode_all(ByteView bytes, Bytes &pixels) {
     if (!format)
         return format.error();
     if (*format == ImageFormat::hdr) {
-        const auto decoded = decode_hdr(bytes);
+        const auto decoded = decode_linear(bytes, *format);
         return decoded ? Status() : Status(decoded.error());
     }
-    return decode_rows(bytes, *format, 3,
-                       [&](std::span<const std::uint8_t> row) { pixels.insert(pixels.end(), row.begin(), row.end()); });
+    ImageRemarks remarks;
+    return decode_rows(
+        bytes, *format, 3,
+        [&](std::span<const std::uint8_t> row) { pixels.insert(pixels.end(), row.begin(), row.end()); }, remarks);
 }
 
 std::string file_of(const Bytes &bytes) {
@@ -170,6 +173,37 @@ TEST(Resample, ColumnsGoOnAtTheOtherSide) {
     EXPECT_GT(image.texels[0], image.texels[45]);
     EXPECT_GT(image.texels[45], 0);
     EXPECT_EQ(image.texels[24], 0);
+}
+
+TEST(Panorama, OtherFormatsOfImages) {
+    const Bytes pixels = noise(64 * 32 * 3);
+    Bytes ppm = noise(0);
+    for (const char letter : std::string_view("P6 64 32 255\n"))
+        ppm.push_back(static_cast<std::uint8_t>(letter));
+    ppm.insert(ppm.end(), pixels.begin(), pixels.end());
+    const test::TiffKind kind{.width = 64, .height = 32, .compression = COMPRESSION_LZW, .orientation = 3};
+    for (const Bytes &image : {ppm, test::tiff_of(kind, pixels)}) {
+        const auto panorama = read(image);
+        ASSERT_TRUE(panorama.ok()) << panorama.error().message;
+        EXPECT_EQ(panorama->image.texels, pixels);
+        EXPECT_FALSE(panorama->converted);
+    }
+    EXPECT_EQ(read(test::tiff_of(kind, pixels))->note, "TIFF, 64 x 32; its orientation (3) is not applied");
+}
+
+TEST(Panorama, ATiffOfFloatsIsToneMappedAsHdr) {
+    Bytes samples;
+    for (std::size_t i = 0; i < std::size_t{64} * 32; ++i)
+        for (const float value : {128 / 256.0F, 64 / 256.0F, 32 / 256.0F}) {
+            samples.resize(samples.size() + sizeof value);
+            store(&samples[samples.size() - sizeof value], value);
+        }
+    const auto tiff = read(test::tiff_of({.width = 64, .height = 32, .bits = 32, .is_float = true}, samples));
+    const auto hdr = read(hdr_of(64, 32, 128));
+    ASSERT_TRUE(tiff.ok() && hdr.ok());
+    EXPECT_EQ(tiff->image.texels, hdr->image.texels);
+    EXPECT_EQ(tiff->note, "TIFF, 64 x 32, tone-mapped");
+    EXPECT_TRUE(tiff->converted);
 }
 
 } // namespace

@@ -18,7 +18,7 @@ Status check_size(const ImageSize &size) {
                      " pixels, more than can be read here; make it smaller");
 }
 
-// In the child: the size, the texels, and a byte: whether there are stray bytes.
+// In the child: the size, the texels, and the remarks.
 Status decode_and_send(ByteView bytes, ImageFormat format, const ByteSink &send) {
     const Result<ImageSize> size = image_size(bytes, format);
     if (!size)
@@ -26,10 +26,9 @@ Status decode_and_send(ByteView bytes, ImageFormat format, const ByteSink &send)
     if (Status good = check_size(*size); !good)
         return good;
     send({reinterpret_cast<const std::uint8_t *>(&*size), sizeof *size});
-    bool has_stray_bytes = false;
-    Status decoded = decode_rows(bytes, format, 4, send, &has_stray_bytes);
-    const std::array<std::uint8_t, 1> end{static_cast<std::uint8_t>(has_stray_bytes ? 1 : 0)};
-    send(end);
+    ImageRemarks remarks;
+    Status decoded = decode_rows(bytes, format, 4, send, remarks);
+    send({reinterpret_cast<const std::uint8_t *>(&remarks), sizeof remarks});
     return decoded;
 }
 
@@ -44,7 +43,7 @@ Result<Texture> read_image(ByteView bytes) {
     // Data of the child is untrusted.
     ImageSize size;
     Texture texture;
-    std::array<std::uint8_t, 1> end{};
+    ImageRemarks remarks;
     std::size_t received = 0;
     const auto astray = [] { return bad_input("the decoder went astray in this image; convert it to PNG"); };
     const auto receive = [&](ByteView part) -> Status {
@@ -52,7 +51,8 @@ Result<Texture> read_image(ByteView bytes) {
             const std::span head(reinterpret_cast<std::uint8_t *>(&size), sizeof size);
             const std::span texels(reinterpret_cast<std::uint8_t *>(texture.texels.data()), 4 * texture.texels.size());
             const bool in_head = received < head.size(), in_texels = received < head.size() + texels.size();
-            const std::span<std::uint8_t> to = in_head ? head : in_texels ? texels : std::span<std::uint8_t>(end);
+            const std::span end(reinterpret_cast<std::uint8_t *>(&remarks), sizeof remarks);
+            const std::span<std::uint8_t> to = in_head ? head : in_texels ? texels : end;
             const std::size_t at = received - (in_head ? 0 : in_texels ? head.size() : head.size() + texels.size());
             const std::size_t count = std::min(part.size(), to.size() - std::min(at, to.size()));
             if (count == 0)
@@ -75,9 +75,10 @@ Result<Texture> read_image(ByteView bytes) {
                          .receive = receive};
     if (Status done = run_in_child(task); !done)
         return done.error();
-    if (texture.texels.empty() || received != sizeof size + 4 * texture.texels.size() + end.size())
+    if (texture.texels.empty() || received != sizeof size + 4 * texture.texels.size() + sizeof remarks)
         return astray();
-    texture.has_stray_bytes = end[0] != 0;
+    texture.has_stray_bytes = remarks.has_stray_bytes != 0;
+    texture.orientation = remarks.orientation;
     texture.width = size.width;
     texture.height = size.height;
     return texture;

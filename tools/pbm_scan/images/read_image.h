@@ -11,11 +11,10 @@ namespace pbm::build {
 inline constexpr std::uint32_t kMaxTextureEdge = 32768;
 inline constexpr std::uint64_t kMaxTextureTexels = std::uint64_t{1} << 28;
 
-// Decodes a PNG, JPEG or WebP image in a child process (child_process.h), since images are untrusted and the libraries
-// may crash.
+// Decodes an image in a child process (child_process.h), since images are untrusted and the libraries may crash.
 //
 // errors  bad_input            no such image; damaged or cut short; over the limits
-//         unsupported_feature  HDR, or colours that are neither grey nor RGB
+//         unsupported_feature  HDR, or a kind of image that is not read (image_decoder.h)
 //         memory               the child reached a limit
 Result<Texture> read_image(ByteView bytes);
 

@@ -15,6 +15,10 @@ std::string line_name(const std::string &path) {
     return "texture image " + printable_in_quotes(std::string_view(path).substr(path.find_last_of('/') + 1));
 }
 
+std::string orientation_note(std::uint8_t orientation) {
+    return orientation == 1 ? "" : "; its orientation (" + std::to_string(orientation) + ") is not applied";
+}
+
 } // namespace
 
 std::uint16_t TextureImages::of_file(const std::string &path, const TextureUse &use) {
@@ -44,7 +48,8 @@ std::uint16_t TextureImages::add(Key key, ByteView bytes) {
     report_.push_back({line_name(key.first), Fate::converted,
                        std::to_string(texture->width) + " x " + std::to_string(texture->height) +
                            ", to colours of points" +
-                           (texture->has_stray_bytes ? "; bytes that belong to no part of the image left out" : "")});
+                           (texture->has_stray_bytes ? "; bytes that belong to no part of the image left out" : "") +
+                           orientation_note(texture->orientation)});
     surface_.textures.push_back(std::move(*texture));
     const auto number = static_cast<std::uint16_t>(surface_.textures.size() - 1);
     numbers_.emplace(std::move(key), number);

@@ -42,6 +42,7 @@ struct Texture {
     std::vector<std::array<std::uint8_t, 4>> texels; // [height][width], top row first; sRGB and opacity
     TextureUse use{};
     bool has_stray_bytes = false; // its file has bytes that belong to no part of the image
+    std::uint8_t orientation = 1; // 1..8, as Exif says it; texture coordinates do not know it
 };
 
 // Texture coordinates at the corners of a triangle: x to the right, y downwards, 1 at the image's opposite edge.

@@ -18,6 +18,7 @@ namespace {
 struct Head {
     std::uint32_t width = 0, height = 0;          // of the image
     std::uint32_t stored_width = 0, channels = 0; // of the texels
+    std::uint32_t tone_mapped = 0, orientation = 1;
 };
 
 std::string size_text(std::uint32_t width, std::uint32_t height) {
@@ -80,8 +81,9 @@ void tone_map(const std::vector<float> &pixels, std::uint32_t width, double expo
     }
 }
 
-Status resample_hdr(ByteView bytes, const ImageSize &size, double exposure, PanoramaResampler &to) {
-    Result<std::vector<float>> pixels = decode_hdr(bytes);
+Status resample_linear(ByteView bytes, ImageFormat format, const ImageSize &size, double exposure,
+                       PanoramaResampler &to) {
+    Result<std::vector<float>> pixels = decode_linear(bytes, format);
     if (!pixels)
         return pixels.error();
     std::vector<std::uint16_t> linear;
@@ -92,14 +94,15 @@ Status resample_hdr(ByteView bytes, const ImageSize &size, double exposure, Pano
     return {};
 }
 
-Status resample_rows(ByteView bytes, ImageFormat format, PanoramaResampler &to) {
+Status resample_rows(ByteView bytes, ImageFormat format, PanoramaResampler &to, ImageRemarks &remarks) {
     std::vector<std::uint16_t> linear;
-    return decode_rows(bytes, format, 3, [&](std::span<const std::uint8_t> row) {
+    const auto add = [&](std::span<const std::uint8_t> row) {
         linear.resize(row.size());
         std::transform(row.begin(), row.end(), linear.begin(),
                        [](std::uint8_t value) { return linear_table()[value]; });
         to.add_row(linear);
-    });
+    };
+    return decode_rows(bytes, format, 3, add, remarks);
 }
 
 // In the child.
@@ -109,15 +112,18 @@ Status decode_and_send(ByteView bytes, ImageFormat format, const PanoramaOptions
         return size.error();
     if (Status good = check_size(*size); !good)
         return good;
-    const Head head{.width = size->width,
-                    .height = size->height,
-                    .stored_width = options.width != 0 ? options.width : default_width(size->width),
-                    .channels = 3};
+    Head head{.width = size->width,
+              .height = size->height,
+              .stored_width = options.width != 0 ? options.width : default_width(size->width),
+              .channels = 3,
+              .tone_mapped = has_high_range(bytes, format) ? 1U : 0U};
     PanoramaResampler resampler(head.width, head.height, head.stored_width, head.stored_width / 2);
-    Status decoded = format == ImageFormat::hdr ? resample_hdr(bytes, *size, options.exposure, resampler)
-                                                : resample_rows(bytes, format, resampler);
+    ImageRemarks remarks;
+    Status decoded = head.tone_mapped != 0 ? resample_linear(bytes, format, *size, options.exposure, resampler)
+                                           : resample_rows(bytes, format, resampler, remarks);
     if (!decoded)
         return decoded;
+    head.orientation = remarks.orientation;
     send({reinterpret_cast<const std::uint8_t *>(&head), sizeof head});
     const Image image = resampler.finish();
     send(image.texels);
@@ -131,10 +137,12 @@ bool is_resampled(const Head &head) { return head.width != head.stored_width || 
 
 std::string note_of(ImageFormat format, const Head &head) {
     std::string note = std::string(to_string(format)) + ", " + size_text(head.width, head.height);
-    if (format == ImageFormat::hdr)
+    if (head.tone_mapped != 0)
         note += ", tone-mapped";
     if (is_resampled(head))
         note += ", resampled to " + size_text(head.stored_width, head.stored_width / 2);
+    if (head.orientation != 1)
+        note += "; its orientation (" + std::to_string(head.orientation) + ") is not applied";
     return note;
 }
 
@@ -172,7 +180,7 @@ Result<Panorama> read_panorama(const std::string &path, const PanoramaOptions &o
         return astray();
     return Panorama{.image = {head.stored_width, head.stored_width / 2, head.channels, std::move(received)},
                     .note = note_of(*format, head),
-                    .converted = *format == ImageFormat::hdr || is_resampled(head)};
+                    .converted = head.tone_mapped != 0 || is_resampled(head)};
 }
 
 } // namespace pbm::build
