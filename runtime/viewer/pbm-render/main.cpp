@@ -461,6 +461,8 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
     const auto prepared = prepare(arguments);
     if (!prepared)
         return command_line::fail(kProgram, arguments.input, prepared.error());
+    if (!prepared->warning.empty() && view.verbosity != command_line::Verbosity::quiet)
+        command_line::warn(kProgram, prepared->warning);
     RunStatistics statistics;
     const Stopwatch loading;
     const auto pool = std::make_shared<ThreadPool>(resolve_threads(view.load.threads));
