@@ -161,6 +161,12 @@ int fail_usage(std::string_view program, std::string_view message) {
     return exit_code(ErrorCode::usage);
 }
 
+void warn(std::string_view program, std::string_view message) {
+    std::cout.flush();
+    std::cerr << program << ": warning: " << printable(message) << std::endl;
+    log_line(LogKind::warning, message);
+}
+
 bool same_file(const std::string &a, const std::string &b) {
     namespace fs = std::filesystem;
     std::error_code ignored;

@@ -42,6 +42,9 @@ int fail(std::string_view program, std::string_view path, const Error &error);
 // Prints `PROGRAM: MESSAGE; see PROGRAM --help` on standard error and returns 1.
 int fail_usage(std::string_view program, std::string_view message);
 
+// Prints `PROGRAM: warning: MESSAGE` as one line on standard error and in the log.
+void warn(std::string_view program, std::string_view message);
+
 // Whether two names refer to the same file, existing or not.
 bool same_file(const std::string &a, const std::string &b);
 

@@ -15,10 +15,16 @@ constexpr int kBarWidth = 30;
 constexpr std::chrono::milliseconds kRedraw{100};
 constexpr std::chrono::seconds kLong{5};
 
+// Whether stderr is a terminal that draws over a line. A dumb one, or one that nobody names, keeps what it shows.
+bool is_terminal() {
+    const char *const kind = std::getenv("TERM");
+    return isatty(STDERR_FILENO) == 1 && kind != nullptr && *kind != '\0' && std::string_view(kind) != "dumb";
+}
+
 } // namespace
 
 ProgressDisplay::ProgressDisplay(Verbosity verbosity, bool for_programs)
-    : verbosity_(verbosity), for_programs_(for_programs), terminal_(isatty(STDERR_FILENO) == 1) {}
+    : verbosity_(verbosity), for_programs_(for_programs), terminal_(is_terminal()) {}
 
 void ProgressDisplay::show_to_programs(std::string_view step, double done, std::string_view note) {
     const int percent = static_cast<int>(std::clamp(done, 0.0, 1.0) * 100);
@@ -49,10 +55,10 @@ void ProgressDisplay::show(std::string_view step, double done, std::string_view 
     } else if (now - drawn_ >= kRedraw) {
         const int filled = static_cast<int>(std::clamp(done, 0.0, 1.0) * kBarWidth);
         const std::string bar(static_cast<std::size_t>(filled), '=');
-        std::fprintf(stderr, "\r\x1b[K%-14.*s [%-*s] %.*s", static_cast<int>(step.size()), step.data(), kBarWidth,
-                     bar.c_str(), static_cast<int>(note.size()), note.data());
+        erase();
+        bar_columns_ = std::fprintf(stderr, "%-14.*s [%-*s] %.*s", static_cast<int>(step.size()), step.data(),
+                                    kBarWidth, bar.c_str(), static_cast<int>(note.size()), note.data());
         std::fflush(stderr);
-        bar_shown_ = true;
         drawn_ = now;
     }
     step_ = step;
@@ -60,9 +66,14 @@ void ProgressDisplay::show(std::string_view step, double done, std::string_view 
 
 void ProgressDisplay::clear() {
     const std::lock_guard lock(mutex_);
-    if (bar_shown_)
-        std::fputs("\r\x1b[K", stderr);
-    bar_shown_ = false;
+    erase();
+}
+
+// By spaces: a terminal need not know escape sequences.
+void ProgressDisplay::erase() {
+    if (bar_columns_ > 0)
+        std::fprintf(stderr, "\r%*s\r", bar_columns_, "");
+    bar_columns_ = 0;
 }
 
 } // namespace pbm::command_line

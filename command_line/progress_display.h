@@ -12,10 +12,10 @@ enum class Verbosity { quiet, warnings, normal, verbose }; // each says what tho
 
 class ProgressDisplay {
   public:
-    // Shows nothing if `verbosity` is less than normal, a bar if stderr is a terminal, else one line per step: with
-    // `verbose` from the start, otherwise only for steps that start after five seconds. With `for_programs`, whatever
-    // `verbosity`: the lines of --progress on stdout instead. If nobody reads them any more, the process ends with exit
-    // code 2: the program that asked for the job has ended.
+    // Shows nothing if `verbosity` is less than normal, a bar if stderr is a terminal and TERM neither dumb nor unset,
+    // else one line per step: with `verbose` from the start, otherwise only for steps that start after five seconds.
+    // With `for_programs`, whatever `verbosity`: the lines of --progress on stdout instead. If nobody reads them any
+    // more, the process ends with exit code 2: the program that asked for the job has ended.
     explicit ProgressDisplay(Verbosity verbosity, bool for_programs = false);
     ~ProgressDisplay() { clear(); }
     ProgressDisplay(const ProgressDisplay &) = delete;
@@ -28,13 +28,14 @@ class ProgressDisplay {
   private:
     using Clock = std::chrono::steady_clock;
 
+    void erase();
     void show_to_programs(std::string_view step, double done, std::string_view note);
 
     std::mutex mutex_;
     Verbosity verbosity_;
     bool for_programs_, terminal_;
-    int percent_ = -1; // shown last
-    bool bar_shown_ = false;
+    int percent_ = -1;        // shown last
+    int bar_columns_ = 0;     // of the bar shown
     std::string step_, note_; // shown last
     Clock::time_point begin_ = Clock::now();
     Clock::time_point drawn_{};

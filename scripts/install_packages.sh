@@ -23,7 +23,7 @@ all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev
     ccache libgtest-dev libembree-dev python3 python3-jsonschema python3-zstandard python3-xxhash python3-yaml
     git meson pre-commit bazel-bootstrap
     valgrind zstd make mandoc groff-base draco
-    xvfb xdotool imagemagick libgl1-mesa-dri
+    xvfb xdotool imagemagick ffmpeg libgl1-mesa-dri
     abigail-tools python3-numpy mypy python3-build python3-venv python3-setuptools python3-wheel patchelf
     desktop-file-utils appstream shared-mime-info xdg-utils libglib2.0-bin zsh fish
     clang clang-14 libclang-rt-14-dev clang-tidy clang-format)

@@ -3,10 +3,15 @@
 #include "system/files/descriptor.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 #include <vector>
+
+#include <fcntl.h>
+#include <sys/stat.h>
 
 namespace pbm {
 namespace {
@@ -33,8 +38,8 @@ Kind kind_of(std::string_view name) {
 
 struct CachedFile {
     fs::path path;
-    std::uint64_t size;
-    fs::file_time_type used;
+    std::uint64_t size = 0;
+    std::pair<std::time_t, long> used; // seconds and nanoseconds
 };
 
 } // namespace
@@ -54,28 +59,29 @@ std::string CacheFolder::file_of(std::string_view key) const {
 }
 
 void CacheFolder::mark_used(const std::string &file) {
-    std::error_code ignored; // in a folder of someone else
-    fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);
+    const std::array<timespec, 2> times{{{.tv_sec = 0, .tv_nsec = UTIME_NOW}, {.tv_sec = 0, .tv_nsec = UTIME_OMIT}}};
+    static_cast<void>(::utimensat(AT_FDCWD, file.c_str(), times.data(), 0)); // fails in a folder of someone else
 }
 
 void CacheFolder::evict_others(const std::string &file) const {
     std::error_code error;
     std::vector<CachedFile> models;
     std::uint64_t bytes = 0;
-    const auto now = fs::file_time_type::clock::now();
+    const std::time_t killed = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now() - kLeftBehind);
     for (fs::directory_iterator each(folder_, error), end; !error && each != end; each.increment(error)) {
         std::error_code gone; // another program may evict at the same time
         const Kind kind = kind_of(each->path().filename().string());
-        const CachedFile found{each->path(), each->file_size(gone), each->last_write_time(gone)};
-        if (kind == Kind::other || gone)
+        struct stat found {};
+        if (kind == Kind::other || ::stat(each->path().c_str(), &found) != 0 || !S_ISREG(found.st_mode))
             continue;
-        if (kind == Kind::part && now - found.used > kLeftBehind) {
-            fs::remove(found.path, gone);
+        if (kind == Kind::part && found.st_mtim.tv_sec < killed) {
+            fs::remove(each->path(), gone);
             continue;
         }
-        bytes += found.size;
-        if (kind == Kind::model && found.path != fs::path(file))
-            models.push_back(found);
+        const auto size = static_cast<std::uint64_t>(found.st_size);
+        bytes += size;
+        if (kind == Kind::model && each->path() != fs::path(file))
+            models.push_back({each->path(), size, {found.st_atim.tv_sec, found.st_atim.tv_nsec}});
     }
     std::sort(models.begin(), models.end(), [](const auto &a, const auto &b) { return a.used < b.used; });
     for (const CachedFile &oldest : models) {

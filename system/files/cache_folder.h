@@ -20,7 +20,8 @@ class CacheFolder {
     // The file of a key, which is 16 or more hexadecimal digits. It need not exist. Replace it atomically
     // (file_replacement.h).
     std::string file_of(std::string_view key) const;
-    // Makes `file` the most recently used.
+    // Makes `file` the most recently used, by its time of access: who shows a model takes one whose time of
+    // modification changes for a file that is overwritten.
     static void mark_used(const std::string &file);
     // Evicts others, least recently used first, until all fit. Of the folder's files it removes those only that a cache
     // has named, and parts that killed programs left an hour ago. A model that is evicted while a program has it open

@@ -111,13 +111,30 @@ folder = work / "changing"
 folder.mkdir()
 run("pbm-sample", "--quiet", "--vertices", "500000", "-o", "scan.ply", folder=folder)
 (folder / "model.pbvg").write_text("the old model")
-times = [1, 2, 3]
-for words in (["-o", "model.pbvg"], ["-o", "model.pbvg", "--shard", "0/2"], ["-o", "model.pbvg", "--cache", "cache"]):
+
+
+def touch(path):
+    os.utime(path, ns=(0, path.stat().st_mtime_ns + 1))
+
+
+def rewrite(path):
+    """A bit of a vertex in place; the size and the time of modification stay."""
+    before = path.stat()
+    with path.open("r+b") as file:
+        file.seek(1000)
+        byte = file.read(1)[0]
+        file.seek(1000)
+        file.write(bytes([byte ^ 1]))
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+
+
+for change, words in ((touch, ["-o", "model.pbvg"]), (touch, ["-o", "model.pbvg", "--shard", "0/2"]),
+                      (rewrite, ["-o", "model.pbvg"]), (rewrite, ["-o", "model.pbvg", "--cache", "cache"])):
     build = subprocess.Popen([programs / "pbm-build", "scan.ply", "--depth", "9", "--progress", "-MF", "model.d", *words],
                              cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     build.stdout.readline()
     build.send_signal(signal.SIGSTOP)
-    os.utime(folder / "scan.ply", ns=(0, times.pop()))
+    change(folder / "scan.ply")
     build.send_signal(signal.SIGCONT)
     said = build.communicate()[1]
     expect(build.returncode == 2 and "scan.ply: changed while it was read" in said,

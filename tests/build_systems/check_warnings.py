@@ -153,7 +153,8 @@ expect((work / "cached.pbvg").exists(), "the old output is lost")
 shutil.rmtree(work / "cache")
 (work / "cache").write_text("")
 for allow in ([], ["--allow", "cache-not-filled"]):
-    build("plain.obj", "--cache", "cache", "-o", "out.pbvg", *allow, exit_code=2)  # no folder: nothing is built
+    said = build("plain.obj", "--cache", "cache", "-q", "-o", "out.pbvg", *allow).stderr  # a file, no folder
+    expect(said.count("[cache-not-filled]") == said.count("\n") == (not allow), f"{allow}: {said}")
 cache = work / "folder"
 build("line.obj", "--depth", "6", "--cache", "folder", "-o", "out.pbvg")
 model, = cache.glob("*.pbvg")

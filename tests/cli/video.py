@@ -230,10 +230,32 @@ def test_mp4():
     check(told.stdout.strip() == f"h264,{SIZE[0] + 1},{SIZE[1]},{FRAMES}", f"ffprobe: {told.stdout}{told.stderr}")
 
 
+def test_percent_signs():
+    """They mean a number in the last component of numbered pictures alone, where %% is one of them."""
+    folder = work / "100%d"
+    folder.mkdir()
+    for name, files in (("100%d/tt_%04d.png", ["100%d/tt_0001.png", "100%d/tt_0002.png"]),
+                        ("a%%b_%02d.bmp", ["a%b_01.bmp", "a%b_02.bmp"]), ("100%d/%%%d%%.png", ["100%d/%1%.png", "100%d/%2%.png"]),
+                        ("100%d/50%d.avi", ["100%d/50%d.avi"]), ("100%d/%s%%.mp4", ["100%d/%s%%.mp4"])):
+        if name.endswith("mp4") and not shutil.which("ffmpeg"):
+            continue
+        good(render("-q", "--turntable", name, "--frames", 2), name)
+        check(all((work / file).exists() for file in files), f"{name}: {[path.name for path in folder.iterdir()]}")
+    # Programs that know no numbers.
+    for arguments in (("pbm-build", "-q", "--depth", 6, "scan.ply", "-o", "100%d/%%_%d.pbvg"),
+                      ("pbm-render", "-q", "100%d/%%_%d.pbvg", "-o", "100%d/%%_%d.png"),
+                      ("pbm-export", "-q", "100%d/%%_%d.pbvg", "-o", "100%d/%%_%d.ply"),
+                      ("pbm-sample", "-q", "--vertices", 10000, "-o", "100%d/%%_%s.ply")):
+        good(run(*arguments), arguments)
+        check((work / arguments[-1]).exists(), f"{arguments[0]} writes another name than {arguments[-1]}")
+
+
 def test_errors():
     for arguments, code, message in (
             (("--turntable", "a.gif"), 1, "a.gif: videos are .avi, .mp4, pictures like name_%04d.png, or - for raw frames"),
             (("--turntable", "a.png"), 1, "a.png: the number of the frame is missing; choose a name like name_%04d.png"),
+            (("--turntable", "a%b_%d.png"), 1, "a%b_%d.png: a % stands for the number of the frame, once, as %d or %04d; %% is a %"),
+            (("--turntable", "%d/a.png"), 1, "%d/a.png: the number of the frame is missing"),
             (("--turntable", "x.avi", "-AVI"), 1, "--avi and --turntable both name a video; keep one of them"),
             (("-AVI", "--no-background"), 1, "model.avi: videos have no transparency"),
             (("-AVI", "--frames=0"), 1, "--frames: "),

@@ -35,7 +35,7 @@ STAND_INS = {
     "ssh": 'shift; exec "$@"',
     "curl": 'for address; do :; done; exec cat "${address##*/}"',
     "less": "exec cat >/dev/null",
-    "ffmpeg": 'cat >/dev/null; for file; do :; done; echo video >"$file"',
+    "ffmpeg": 'cat >/dev/null; for file; do :; done; echo video >"${file#file:}"',
     "sbatch": 'for word; do case $word in *.slurm) bash -n "$word" || exit;; esac; done; echo 7',
     "python3": '[ "$1 $2 $3" != "-m http.server -d" ] || exec test -e "$4/index.html"; exec @python@ "$@"',
     "window.sh": 'picture=$1; shift 2; pbm-view "$@"; echo picture >"$picture"',
@@ -126,6 +126,9 @@ class Checker:
                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=900)
         except subprocess.TimeoutExpired:
             self.faults.append(f"{block}: does not end")
+            return ""
+        except FileNotFoundError as missing:  # what a command before should have made
+            self.faults.append(f"{block}: {missing}")
             return ""
         if done.returncode != 0:
             self.faults.append(f"{block}: exit code {done.returncode}\n{done.stdout}")

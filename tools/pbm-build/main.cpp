@@ -146,7 +146,12 @@ void take_figures(const ModelFigures &figures, Outcome outcome, BuildStatistics 
     statistics.file_bytes = figures.file_bytes;
 }
 
-// A build that fails to fill the cache is no failure.
+// A cache that fails is no failure of the build.
+void warn_of_cache(const Arguments &arguments, const std::string &what) {
+    if (!contains(arguments.allowed, Warning::cache_not_filled))
+        command_line::warn(kProgram, what + " [" + std::string(entry_of(Warning::cache_not_filled).name) + "]");
+}
+
 void fill_cache(const CacheFolder &cache, const std::string &file, const Arguments &arguments) {
     std::error_code error;
     const bool is_in_the_way = std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error);
@@ -155,12 +160,7 @@ void fill_cache(const CacheFolder &cache, const std::string &file, const Argumen
     const Status stored = model ? replace_file(file, model->bytes(), Durability::cached) : Status(model.error());
     if (stored)
         return cache.evict_others(file);
-    if (contains(arguments.allowed, Warning::cache_not_filled))
-        return;
-    const std::string text = "the cache is not filled: " + file + ": " + stored.error().message + " [" +
-                             std::string(entry_of(Warning::cache_not_filled).name) + "]";
-    command_line::log_line(command_line::LogKind::warning, text);
-    std::cerr << kProgram << ": warning: " << command_line::printable(text) << '\n';
+    warn_of_cache(arguments, "the cache is not filled: " + file + ": " + stored.error().message);
 }
 
 // Reads the panorama before the scan, which may take minutes, so that a bad image is refused early. Empty if none is
@@ -288,9 +288,12 @@ int build(const Arguments &arguments, const SourceFiles &sources, BuildStatistic
     std::string cached;
     if (!arguments.cache.empty()) {
         auto opened = CacheFolder::open(arguments.cache, arguments.cache_size);
-        if (!opened)
-            return fail("--cache " + arguments.cache, opened.error());
-        cache = std::move(*opened);
+        if (opened)
+            cache = std::move(*opened);
+        else
+            warn_of_cache(arguments, "the cache is not used: " + arguments.cache + ": " + opened.error().message);
+    }
+    if (cache) {
         cached = cache->file_of(cache_key(record, keeps_record(arguments)));
         if (std::error_code none; std::filesystem::is_regular_file(cached, none))
             if (const int code = write_depfile(arguments, sources); code != 0)

@@ -3,6 +3,7 @@
 #include "pbm_format/hashes/hash.h"
 #include "pbm_format/reading/reader.h"
 #include "system/files/descriptor.h"
+#include "system/files/file_state.h"
 #include "system/files/mapped_file.h"
 
 #include <array>
@@ -16,15 +17,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Path, size and modification time.
+// Path and state.
 Result<std::string> identity(const std::string &path) {
     std::error_code error;
     const fs::path full = fs::canonical(path, error);
-    const auto size = error ? 0 : fs::file_size(full, error);
-    const auto time = error ? fs::file_time_type() : fs::last_write_time(full, error);
     if (error)
         return io_error("cannot open", error.value());
-    return full.string() + '\0' + std::to_string(size) + '\0' + std::to_string(time.time_since_epoch().count()) + '\0';
+    return full.string() + '\0' + file_state(full.string()) + '\0';
+}
+
+std::string hex_key(std::string_view text) {
+    std::array<char, 17> key{};
+    std::snprintf(key.data(), key.size(), "%016llx", static_cast<unsigned long long>(hash64(as_bytes(text))));
+    return key.data();
 }
 
 } // namespace
@@ -36,17 +41,18 @@ Result<ModelCache> ModelCache::open(const std::string &folder, std::uint64_t max
     return ModelCache(std::move(*opened));
 }
 
-Result<std::string> ModelCache::file_for(std::span<const std::string> sources, std::string_view options) const {
+Result<ModelCache::Names> ModelCache::names_for(std::span<const std::string> sources, std::string_view options,
+                                                std::chrono::system_clock::time_point now) const {
     std::string text(options);
+    bool is_settled = true;
     for (const std::string &source : sources) {
         const auto key = identity(source);
         if (!key)
             return key.error();
         text += *key;
+        is_settled = is_settled && pbm::is_settled(source, now);
     }
-    std::array<char, 17> key{};
-    std::snprintf(key.data(), key.size(), "%016llx", static_cast<unsigned long long>(hash64(as_bytes(text))));
-    return folder_.file_of(key.data());
+    return Names{folder_.file_of(hex_key(text)), folder_.file_of(hex_key(text + "young")), is_settled};
 }
 
 bool ModelCache::use(const std::string &file) {

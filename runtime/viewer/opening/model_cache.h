@@ -1,9 +1,10 @@
-// The models that a viewer has had built from scans, by path, size and time of these.
+// The models that a viewer has had built from scans, by path and state of these.
 #pragma once
 
 #include "system/error.h"
 #include "system/files/cache_folder.h"
 
+#include <chrono>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -22,12 +23,18 @@ class ModelCache {
     // errors  io  the folder cannot be created
     static Result<ModelCache> open(const std::string &folder, std::uint64_t max_bytes = kMaxBytes);
 
-    // The file for what a program makes of a scan; `sources`: the scan, the program, and whatever else the model
-    // depends on; `options`: text that it depends on. Its name is a hash of full path, size and modification time of
-    // each, so a scan that changes, or a newer program, gets another file. The file need not exist.
+    // The files for what a program makes of a scan; they need not exist. Their names are hashes of full path and
+    // file_state of each source, so a scan that changes, or a newer program, has other files.
+    struct Names {
+        std::string settled;     // made of sources that cannot change without a trace
+        std::string young;       // made when one of them had just changed: its content is to be compared at each use
+        bool is_settled = false; // whether the sources are so now
+    };
+    // `sources`: the scan, the program, and whatever else the model depends on; `options`: text that it depends on.
     //
     // errors  io  one of them cannot be examined
-    Result<std::string> file_for(std::span<const std::string> sources, std::string_view options = {}) const;
+    Result<Names> names_for(std::span<const std::string> sources, std::string_view options,
+                            std::chrono::system_clock::time_point now) const;
 
     // Makes `file` the most recently used. Returns false if there is no such file, or a damaged one.
     static bool use(const std::string &file);

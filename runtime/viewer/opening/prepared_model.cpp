@@ -111,6 +111,14 @@ Result<PreparedModel> build_outside_cache(const std::string &builder, const std:
     return model;
 }
 
+Result<PreparedModel> build_without_cache(const std::string &builder, const std::string &scan,
+                                          const Preparation &preparation, const std::string &why) {
+    auto model = build_outside_cache(builder, scan, preparation);
+    if (model)
+        model->warning = "the cache is not used: " + why + "; name another folder with --cache";
+    return model;
+}
+
 // Empty: none.
 std::string cache_folder(const ScanOptions &options) {
     const char *const given = std::getenv("PBM_CACHE");
@@ -160,22 +168,27 @@ Result<PreparedModel> prepare_model(const std::string &path, const Preparation &
     if (folder.empty())
         return build_outside_cache(*builder, path, preparation);
     const auto cache = ModelCache::open(folder);
-    if (!cache) {
-        if (preparation.scans.cache.empty()) // not asked for
-            return build_outside_cache(*builder, path, preparation);
-        return Error{cache.error().code, 0, "--cache " + folder + ": " + cache.error().message};
+    if (!cache)
+        return build_without_cache(*builder, path, preparation, folder + ": " + cache.error().message);
+    auto names = cache->names_for(sources, preparation.scans.field, preparation.now);
+    if (!names)
+        return names.error();
+    if (names->is_settled && ModelCache::use(names->settled) && is_of_scan_alone(names->settled))
+        return PreparedModel{std::move(names->settled)};
+    // The program compares contents: of a scan that had just changed, or of what a scan names.
+    std::error_code ignored;
+    const bool is_young = !names->is_settled || fs::exists(names->young, ignored);
+    const std::string &file = is_young ? names->young : names->settled;
+    if (const Status built = build(*builder, path, file, preparation); !built) {
+        if (built.error().message.starts_with(command_line::printable(file)))
+            return build_without_cache(*builder, path, preparation, built.error().message);
+        return built.error();
     }
-    auto file = cache->file_for(sources, preparation.scans.field);
-    if (!file)
-        return file.error();
-    // The cache knows size and time of the scan; what it names may have changed alone.
-    if (!ModelCache::use(*file) || !is_of_scan_alone(*file)) {
-        if (const Status built = build(*builder, path, *file, preparation); !built)
-            return built.error();
-        ModelCache::use(*file);
-        cache->evict_others(*file);
-    }
-    return PreparedModel{std::move(*file)};
+    if (is_young && names->is_settled)
+        fs::create_hard_link(file, names->settled, ignored); // another program may be about to open the first name
+    ModelCache::use(file);
+    cache->evict_others(file);
+    return PreparedModel{file};
 }
 
 } // namespace pbm

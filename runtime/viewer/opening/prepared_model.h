@@ -4,6 +4,7 @@
 #include "command_line/progress_display.h"
 #include "system/error.h"
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <stop_token>
@@ -34,6 +35,7 @@ bool is_scan(const std::string &path);
 struct PreparedModel {
     std::string file;
     std::shared_ptr<const void> temporary{}; // its last owner removes the file; empty for a file that stays
+    std::string warning{};                   // why the cache was not used; empty: it was, or none was asked for
 };
 
 struct Preparation {
@@ -42,10 +44,11 @@ struct Preparation {
     std::function<void(std::string_view step, double done)> progress{}; // 0..1 of the step; another thread may call it
     std::stop_token stop{};                                             // ends pbm-build at once
     std::string builder{}; // path of pbm-build; empty: beside this program, else in PATH
+    std::chrono::system_clock::time_point now = std::chrono::system_clock::now();
 };
 
 // The model at `path`, or the model of the scan at `path`. Such a model is taken from the cache, or built into it by
-// the program pbm-build. Without a cache the model is temporary.
+// the program pbm-build. Without a cache, or where it cannot be read, written or created, the model is temporary.
 // The message of an error of pbm-build is passed on.
 //
 // errors  those of pbm-build: its exit code is that of the error

@@ -170,8 +170,9 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
                  {"pbm-render scan.pbvg --turntable scan.avi --quality fine",
                   "A video once round the model; fine frames take 10 to 20 times as long."},
                  {"pbm-render scan.pbvg --turntable - | ffmpeg -f rawvideo -pix_fmt rgb24 -s 1280x720 -r 30 "
-                  "-i - scan.webm",
-                  "The same in any other form."}}}))
+                  "-i - -vf scale=out_color_matrix=bt709,format=yuv420p -colorspace bt709 -color_primaries bt709 "
+                  "-color_trc bt709 scan.webm",
+                  "The same in any other form, with the colours of the pictures."}}}))
         return done;
     if (no_background) {
         arguments.view.look.render.background = {0, 0, 0, 0};
@@ -262,6 +263,18 @@ std::string quality_text(const LookOptions &look) {
     return look.quality == Quality::fine ? "fine, " + std::to_string(look.samples) + " samples, " : "";
 }
 
+std::string video_text(const Arguments &arguments, const VideoStatistics &cost) {
+    const VideoOptions &video = arguments.video();
+    const glm::ivec2 size = arguments.view.resolution, stored = stored_size(video.output, size);
+    std::ostringstream text;
+    text << std::fixed << std::setprecision(1) << command_line::printable(command_line::output_name(video.output))
+         << ": " << video.frames << " frames of " << size.x << 'x' << size.y;
+    if (stored != size)
+        text << " (the edge repeated to " << stored.x << 'x' << stored.y << ", since H.264 has even sizes)";
+    text << ", " << quality_text(arguments.frame_look()) << cost.bytes << " bytes, " << cost.ms / 1000 << " s\n";
+    return text.str();
+}
+
 // What visitors of a page load; `viewed` bytes of the model are what they see first.
 std::string page_text(const std::string &folder, const WebPageSizes &sizes, std::uint64_t viewed) {
     const auto kilobytes = [](std::uint64_t bytes) { return std::to_string((bytes + 500) / 1000) + " KB"; };
@@ -292,9 +305,7 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
     else if (arguments.wants_picture())
         text << ", encode " << s.encode_ms << " ms\n";
     if (s.video)
-        text << shown_name(arguments.video().output) << ": " << arguments.video().frames << " frames of " << size.x
-             << 'x' << size.y << ", " << quality_text(arguments.frame_look()) << s.video->bytes << " bytes, "
-             << s.video->ms / 1000 << " s\n";
+        text << video_text(arguments, *s.video);
     if (s.page)
         text << page_text(arguments.page, *s.page, s.cost.bytes_read);
     if (s.bench)
@@ -462,6 +473,8 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
     const auto prepared = prepare(arguments);
     if (!prepared)
         return command_line::fail(kProgram, arguments.input, prepared.error());
+    if (!prepared->warning.empty() && view.verbosity != command_line::Verbosity::quiet)
+        command_line::warn(kProgram, prepared->warning);
     RunStatistics statistics;
     const Stopwatch loading;
     const auto pool = std::make_shared<ThreadPool>(resolve_threads(view.load.threads));

@@ -29,6 +29,8 @@ std::optional<int> Viewer::receive_model() {
             return command_line::fail_usage(notices_.program(), shown.error().message);
         if (is_kept)
             recent_.add(path);
+        if (!opened->warning.empty())
+            notices_.warn(opened->warning);
     } else if (opened->again && (opened->quietly || follower_->is_being_written())) {
         // The file is not whole yet.
     } else if (!opened->was_cancelled) {

@@ -10,21 +10,36 @@ std::string FrameNames::of(int frame) const {
 }
 
 Result<FrameNames> parse_frame_names(const std::string &pattern) {
-    const std::size_t at = pattern.find('%');
+    const std::size_t name = pattern.rfind('/') + 1; // 0 without a folder
     FrameNames names;
-    if (at != std::string::npos) {
-        std::size_t end = at + 1;
-        if (end + 1 < pattern.size() && pattern[end] == '0' && pattern[end + 1] >= '1' && pattern[end + 1] <= '9') {
-            names.digits = static_cast<std::size_t>(pattern[end + 1] - '0');
-            end += 2;
+    names.before = pattern.substr(0, name);
+    bool has_number = false;
+    for (std::size_t at = name; at < pattern.size(); ++at) {
+        std::string &text = has_number ? names.after : names.before;
+        if (pattern[at] != '%') {
+            text += pattern[at];
+            continue;
         }
-        names.before = pattern.substr(0, at);
-        if (end < pattern.size() && pattern[end] == 'd') {
-            names.after = pattern.substr(end + 1);
-            if (names.after.find('%') == std::string::npos)
-                return names;
+        if (pattern.compare(at, 2, "%%") == 0) {
+            text += '%';
+            ++at;
+            continue;
         }
+        ++at;
+        std::size_t digits = 0;
+        if (at + 1 < pattern.size() && pattern[at] == '0' && pattern[at + 1] >= '1' && pattern[at + 1] <= '9') {
+            digits = static_cast<std::size_t>(pattern[at + 1] - '0');
+            at += 2;
+        }
+        if (has_number || at >= pattern.size() || pattern[at] != 'd')
+            return Error{ErrorCode::usage, 0,
+                         pattern +
+                             ": a % stands for the number of the frame, once, as %d or %04d; %% is a % of the name"};
+        names.digits = digits;
+        has_number = true;
     }
+    if (has_number)
+        return names;
     return Error{ErrorCode::usage, 0,
                  pattern + ": the number of the frame is missing; choose a name like name_%04d.png"};
 }

@@ -14,7 +14,8 @@ struct FrameNames {
     std::string of(int frame) const;
 };
 
-// Accepts "%d" or "%0Nd", N 1..9, once, and no other %.
+// In the last component of the path: "%d" or "%0Nd", N 1..9, is the number, once, and "%%" is a %. Folders stay as they
+// are.
 //
 // errors  usage
 Result<FrameNames> parse_frame_names(const std::string &pattern);

@@ -35,12 +35,17 @@ Result<Form> form_of(const std::string &output) {
                  output + ": videos are .avi, .mp4, pictures like name_%04d.png, or - for raw frames"};
 }
 
-Bytes rgb_of(const Framebuffer &picture) {
-    Bytes bytes(3 * picture.pixels());
+// A frame of `size`, which repeats the last column and row of the picture.
+Bytes rgb_of(const Framebuffer &picture, glm::ivec2 size) {
+    Bytes bytes(3 * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
     std::uint8_t *to = bytes.data();
-    for (std::size_t i = 0; i < picture.pixels(); ++i, to += 3) {
-        const Rgba8 pixel = unpack_rgba(picture.colour[i]);
-        std::copy_n(pixel.begin(), 3, to);
+    for (int y = 0; y < size.y; ++y) {
+        const std::uint32_t *const row =
+            picture.colour.data() + std::ptrdiff_t{std::min(y, picture.height - 1)} * picture.width;
+        for (int x = 0; x < size.x; ++x, to += 3) {
+            const Rgba8 pixel = unpack_rgba(row[std::min(x, picture.width - 1)]);
+            std::copy_n(pixel.begin(), 3, to);
+        }
     }
     return bytes;
 }
@@ -56,14 +61,20 @@ Result<VideoSink> open_avi(const VideoOptions &options, glm::ivec2 size) {
         .finish = [writer] { return writer->finish(); }};
 }
 
-// One thread and no encoder version in the file: the same bytes on every computer. The file exists and is empty, hence
-// -y; yuv420p needs even sizes, hence pad.
+// One thread, exact arithmetic and no encoder version in the file: the same bytes on every computer. The file exists
+// and is empty, hence -y. Players take an untagged film for BT.709 or BT.601 by its size: the matrix is named where it
+// is applied, and in the file. Colours have finer steps than brightness, at 7 % more bytes: plain ones stay within 3 of
+// 255.
 std::vector<std::string> ffmpeg_command(glm::ivec2 size, FrameRate rate, const std::string &file) {
     std::istringstream words("ffmpeg -hide_banner -loglevel error -y -f rawvideo -pixel_format rgb24 -video_size " +
                              std::to_string(size.x) + "x" + std::to_string(size.y) + " -framerate " +
                              std::to_string(rate.frames) + "/" + std::to_string(rate.seconds) +
-                             " -i pipe:0 -an -vf pad=ceil(iw/2)*2:ceil(ih/2)*2 -c:v libx264 -crf 18 -pix_fmt yuv420p"
-                             " -threads 1 -bitexact -fflags +bitexact -flags:v +bitexact -movflags +faststart -f mp4");
+                             " -i pipe:0 -an -vf scale=out_color_matrix=bt709:out_range=tv:"
+                             "flags=bicubic+accurate_rnd+full_chroma_inp+bitexact,format=yuv420p"
+                             " -c:v libx264 -crf 18 -x264-params chroma-qp-offset=-6 -colorspace bt709 "
+                             "-color_primaries bt709 -color_trc bt709"
+                             " -color_range tv -threads 1 -bitexact -fflags +bitexact -flags:v +bitexact"
+                             " -movflags +faststart -f mp4");
     std::vector<std::string> command(std::istream_iterator<std::string>(words), {});
     command.push_back("file:" + file); // one word, even with spaces
     return command;
@@ -74,7 +85,8 @@ Result<VideoSink> open_mp4(const VideoOptions &options, glm::ivec2 size) {
     if (!opened)
         return opened.error();
     const auto file = std::make_shared<FileReplacement>(std::move(*opened));
-    auto started = ChildProgram::start(ffmpeg_command(size, frame_rate(options.fps), file->name_until_finished()));
+    const glm::ivec2 stored = stored_size(options.output, size);
+    auto started = ChildProgram::start(ffmpeg_command(stored, frame_rate(options.fps), file->name_until_finished()));
     const auto with_advice = [](Error error) {
         error.message += "; .avi needs no other program";
         return error;
@@ -83,7 +95,7 @@ Result<VideoSink> open_mp4(const VideoOptions &options, glm::ivec2 size) {
         return with_advice(started.error());
     const auto program = std::make_shared<ChildProgram>(std::move(*started));
     return VideoSink{
-        .encode = [](const Framebuffer &frame) { return rgb_of(frame); },
+        .encode = [stored](const Framebuffer &frame) { return rgb_of(frame, stored); },
         .write = [=](ByteView rgb) -> Status {
             Status written = program->write(rgb);
             return written ? written : with_advice(std::move(written).error());
@@ -114,12 +126,12 @@ Result<VideoSink> open_pictures(const std::string &output) {
         .finish = [] { return Status(); }};
 }
 
-Result<VideoSink> open_raw(const std::string &output) {
+Result<VideoSink> open_raw(const std::string &output, glm::ivec2 size) {
     auto opened = FileReplacement::begin(output);
     if (!opened)
         return opened.error();
     const auto file = std::make_shared<FileReplacement>(std::move(*opened));
-    return VideoSink{.encode = [](const Framebuffer &frame) { return rgb_of(frame); },
+    return VideoSink{.encode = [size](const Framebuffer &frame) { return rgb_of(frame, size); },
                      .write = [file](ByteView rgb) { return file->write(rgb); },
                      .finish = [file] { return file->finish(Durability::cached); }};
 }
@@ -132,6 +144,10 @@ Status check_video_name(const std::string &output) {
 }
 
 bool has_transparency(const std::string &output) { return *form_of(output) == Form::pictures; }
+
+glm::ivec2 stored_size(const std::string &output, glm::ivec2 size) {
+    return *form_of(output) == Form::mp4 ? glm::ivec2(size.x + size.x % 2, size.y + size.y % 2) : size;
+}
 
 std::vector<std::string> video_files(const VideoOptions &options) {
     if (options.output.empty())
@@ -151,7 +167,7 @@ Result<VideoSink> open_video(const VideoOptions &options, glm::ivec2 size) {
     case Form::pictures: return open_pictures(options.output);
     case Form::raw: break;
     }
-    return open_raw(options.output);
+    return open_raw(options.output, size);
 }
 
 VideoRecorder::VideoRecorder(VideoSink sink, glm::ivec2 size, bool with_depths, int threads, std::uint64_t max_memory)

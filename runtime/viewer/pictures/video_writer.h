@@ -1,8 +1,8 @@
 // Writes a video frame by frame. The name determines the format:
 //
 //   name.avi        Motion JPEG
-//   name.mp4        H.264, by running ffmpeg
-//   name_%04d.png   a picture for every frame, numbered from 1; also .bmp
+//   name.mp4        H.264 in BT.709, by running ffmpeg
+//   name_%04d.png   a picture for every frame, numbered from 1; also .bmp; %% is a %
 //   -               raw frames on standard output: R G B of every pixel, no headers
 #pragma once
 
@@ -44,6 +44,9 @@ struct VideoSink {
 Status check_video_name(const std::string &output);
 // Whether the format of `output`, a known one, keeps transparency.
 bool has_transparency(const std::string &output);
+// The size of the frames of `output`, a known format, that are drawn with `size`: MP4 repeats the last column or row
+// where that is odd, since H.264 has even sizes.
+glm::ivec2 stored_size(const std::string &output, glm::ivec2 size);
 // Files that will be written, which must not be inputs. Frames are represented by the first and the last one.
 std::vector<std::string> video_files(const VideoOptions &options);
 

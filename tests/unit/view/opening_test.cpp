@@ -23,6 +23,10 @@
 #include <fstream>
 #include <future>
 #include <stop_token>
+#include <thread>
+
+#include <fcntl.h>
+#include <sys/stat.h>
 
 namespace pbm {
 namespace {
@@ -72,37 +76,84 @@ class Opening : public ::testing::Test {
 using Names = std::vector<std::string>;
 
 TEST_F(Opening, ACacheNamesAFileForEachStateOfAScanAndOfTheProgram) {
-    const std::string scan = write("a.ply"), builder = write("pbm-build");
+    const std::string scan = write("a.ply", "first"), builder = write("pbm-build");
     const auto cache = ModelCache::open(file("new/cache"));
     ASSERT_TRUE(cache);
-    const auto file_for = [&](const std::string &path, const std::string &program) {
-        return cache->file_for(std::array{path, program});
+    const auto now = std::chrono::system_clock::now();
+    const auto names_for = [&](const std::string &path, const std::string &program) {
+        return cache->names_for(std::array{path, program}, "", now);
     };
-    const std::string first = *file_for(scan, builder);
-    EXPECT_EQ(*file_for(scan, builder), first);
+    const auto file_for = [&](const std::string &path, const std::string &program) {
+        return names_for(path, program)->settled;
+    };
+    const std::string first = file_for(scan, builder);
+    EXPECT_EQ(file_for(scan, builder), first);
     EXPECT_EQ(fs::path(first).parent_path(), file("new/cache"));
-    EXPECT_NE(*file_for(write("b.ply"), builder), first);
+    EXPECT_NE(file_for(write("b.ply"), builder), first);
     fs::last_write_time(scan, fs::last_write_time(scan) + std::chrono::seconds(1));
-    const std::string later = *file_for(scan, builder);
+    const std::string later = file_for(scan, builder);
     EXPECT_NE(later, first);
     write("a.ply", "longer");
-    EXPECT_NE(*file_for(scan, builder), later);
-    const std::string other_program = *file_for(scan, write("other/pbm-build"));
-    EXPECT_NE(other_program, *file_for(scan, builder));
+    EXPECT_NE(file_for(scan, builder), later);
+    const std::string other_program = file_for(scan, write("other/pbm-build"));
+    EXPECT_NE(other_program, file_for(scan, builder));
     fs::create_symlink(scan, file("link.ply"));
-    EXPECT_EQ(*file_for(file("link.ply"), builder), *file_for(scan, builder));
-    const auto none = file_for(file("none.ply"), builder);
+    EXPECT_EQ(file_for(file("link.ply"), builder), file_for(scan, builder));
+    const auto none = names_for(file("none.ply"), builder);
     ASSERT_FALSE(none);
     EXPECT_EQ(none.error().code, ErrorCode::io);
     EXPECT_FALSE(ModelCache::open(scan + "/cache"));
 }
 
+// As `tar`, `rsync -t`, `cp -p` and SOURCE_DATE_EPOCH leave them.
+TEST_F(Opening, ACacheTellsFilesOfTheSameSizeAndTimeApart) {
+    const std::string builder = write("pbm-build", "1"), scan = write("a.ply", "first");
+    const auto cache = ModelCache::open(file("cache"));
+    const auto time = fs::last_write_time(scan);
+    const auto file_for = [&] {
+        return cache->names_for(std::array{scan, builder}, "", std::chrono::system_clock::now())->settled;
+    };
+    const std::string first = file_for();
+    const std::string other = write("other", "other");
+    fs::last_write_time(other, time);
+    fs::rename(other, scan);
+    const std::string second = file_for();
+    EXPECT_NE(second, first) << "another file of the name";
+    std::this_thread::sleep_for(std::chrono::milliseconds(20)); // longer than a step of the clock
+    write("a.ply", "third");
+    fs::last_write_time(scan, time);
+    const std::string third = file_for();
+    EXPECT_NE(third, second) << "another content of the file";
+    const auto program_time = fs::last_write_time(builder);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    write("pbm-build", "2");
+    fs::last_write_time(builder, program_time);
+    EXPECT_NE(file_for(), third) << "another version of the program";
+}
+
+TEST_F(Opening, AScanThatHasJustChangedIsNotSettled) {
+    const std::string scan = write("a.ply");
+    const auto cache = ModelCache::open(file("cache"));
+    const auto names_at = [&](std::chrono::seconds later) {
+        return *cache->names_for(std::array{scan}, "", std::chrono::system_clock::now() + later);
+    };
+    const auto at_once = names_at(std::chrono::seconds(0)), later = names_at(std::chrono::minutes(2));
+    EXPECT_FALSE(at_once.is_settled);
+    EXPECT_FALSE(names_at(-std::chrono::hours(48)).is_settled) << "a clock that went back";
+    EXPECT_TRUE(later.is_settled);
+    EXPECT_EQ(later.settled, at_once.settled);
+    EXPECT_EQ(later.young, at_once.young);
+    EXPECT_NE(later.young, later.settled);
+}
+
 TEST_F(Opening, ACacheEvictsTheLeastRecentlyUsedAndNothingElse) {
-    const auto now = fs::file_time_type::clock::now();
+    const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
     const auto write_used = [&](const std::string &name, int hours_ago) {
-        write("cache/" + name, std::string(1000, 'x'));
-        fs::last_write_time(file("cache/" + name), now - std::chrono::hours(hours_ago));
-        return file("cache/" + name);
+        std::string path = write("cache/" + name, std::string(1000, 'x'));
+        const timespec then{.tv_sec = now - std::time_t{3600} * hours_ago, .tv_nsec = 0};
+        const std::array<timespec, 2> times{then, then}; // of access, of modification
+        EXPECT_EQ(::utimensat(AT_FDCWD, path.c_str(), times.data(), 0), 0);
+        return path;
     };
     const std::string oldest = write_used("scan-0000000000000001.pbvg", 9);
     const std::string used_again = file("cache/scan-0000000000000002.pbvg");
@@ -112,7 +163,9 @@ TEST_F(Opening, ACacheEvictsTheLeastRecentlyUsedAndNothingElse) {
     const std::string old_part = write_used("scan-0000000000000005.pbvg.pbm-1", 2);
     const std::string others[] = {write_used("scan.pbvg", 99), write_used("scan-000000000000000g.pbvg", 99),
                                   write_used("notes.txt", 99)};
+    const auto written = fs::last_write_time(used_again);
     EXPECT_TRUE(ModelCache::use(used_again));
+    EXPECT_EQ(fs::last_write_time(used_again), written); // a window that shows it would take it for overwritten
     EXPECT_FALSE(ModelCache::use(file("cache/none.pbvg")));
     EXPECT_FALSE(ModelCache::use(newest)); // no model
     const auto cache = ModelCache::open(file("cache"), fs::file_size(used_again) + 2500);
@@ -283,23 +336,35 @@ TEST_F(Opening, AScanIsBuiltOnceAndOnlyTheProgramsWordsAreAnError) {
     const Environment cache("PBM_CACHE", file("cache"));
     std::string step;
     double done = 0;
-    const Preparation preparation{.progress =
-                                      [&](std::string_view name, double share) {
-                                          step = name;
-                                          done = share;
-                                      },
-                                  .builder = builder};
+    const Preparation young{.progress =
+                                [&](std::string_view name, double share) {
+                                    step = name;
+                                    done = share;
+                                },
+                            .builder = builder};
+    Preparation preparation = young;
+    preparation.now += std::chrono::minutes(2);
     const auto first = prepare_model(scan, preparation), second = prepare_model(scan, preparation);
     ASSERT_TRUE(first && second);
     EXPECT_EQ(step, "sample points");
     EXPECT_EQ(done, 0.07);
     EXPECT_EQ(first->file, second->file);
     EXPECT_EQ(fs::file_size(file("count")), 6);
+    // A scan that has just changed may do so again without a trace: the program looks. Its model is not built again.
+    const std::string new_scan = write("new.ply", "ply");
+    const auto at_once = prepare_model(new_scan, young), again = prepare_model(new_scan, young);
+    ASSERT_TRUE(at_once && again);
+    EXPECT_EQ(at_once->file, again->file);
+    EXPECT_EQ(fs::file_size(file("count")), 18);
+    EXPECT_EQ(prepare_model(new_scan, preparation)->file, at_once->file); // looks for the last time
+    const auto settled = prepare_model(new_scan, preparation);
+    EXPECT_TRUE(fs::equivalent(settled->file, at_once->file));
+    EXPECT_EQ(fs::file_size(file("count")), 24);
     // Files that the scan names may have changed alone: the program looks.
     write_model("model", R"({"source_hash":"0","source_files":2})");
     const std::string naming = write("b.ply", "ply");
     ASSERT_TRUE(prepare_model(naming, preparation) && prepare_model(naming, preparation));
-    EXPECT_EQ(fs::file_size(file("count")), 18);
+    EXPECT_EQ(fs::file_size(file("count")), 36);
     EXPECT_EQ(prepare_model(file("model.pbvg"), preparation)->file, file("model.pbvg"));
     Preparation by_recipe = preparation;
     by_recipe.scans.recipe = write("recipe.toml");
@@ -330,9 +395,33 @@ TEST_F(Opening, AScanIsBuiltOnceAndOnlyTheProgramsWordsAreAnError) {
     }
     program("bin/pbm-build", "kill -9 $$");
     EXPECT_EQ(exit_code(prepare_model(scan, preparation).error().code), 4);
-    const auto nowhere = prepare_model(scan, {.scans = {.cache = scan + "/cache"}, .builder = builder});
-    ASSERT_FALSE(nowhere);
-    EXPECT_EQ(nowhere.error().code, ErrorCode::io);
+}
+
+TEST_F(Opening, ACacheThatFailsCostsNoPicture) {
+    const std::string scan = write("a.ply", "ply");
+    const std::string arguments = "for a; do case $a in --output=*) out=${a#--output=};; esac; done\n";
+    const std::string copies = "cp '" + write_model("model", R"({"source_hash":"0"})") + "' \"$out\"";
+    const std::string fails =
+        "case $out in */cache/*) echo \"pbm-build: $out: cannot write: it is full\" >&2; exit 2;; esac\n";
+    const std::string builder = program("bin/pbm-build", arguments + fails + copies);
+    const auto prepared_in = [&](const std::string &cache) {
+        return prepare_model(scan, {.scans = {.cache = cache}, .builder = builder});
+    };
+    const auto nowhere = prepared_in(scan + "/cache");
+    ASSERT_TRUE(nowhere);
+    EXPECT_TRUE(fs::exists(nowhere->file));
+    EXPECT_EQ(nowhere->warning,
+              "the cache is not used: " + scan +
+                  "/cache: cannot create the folder: Not a directory; name another folder with --cache");
+    const auto full = prepared_in(file("cache"));
+    ASSERT_TRUE(full);
+    EXPECT_TRUE(fs::exists(full->file));
+    EXPECT_TRUE(full->warning.starts_with("the cache is not used: " + file("cache/scan-"))) << full->warning;
+    EXPECT_EQ(prepared_in("none")->warning, "");
+    EXPECT_EQ(prepared_in(file("other"))->warning, "");
+    // What is wrong with the scan is no fault of the cache.
+    program("bin/pbm-build", "echo 'pbm-build: a.ply: cannot read' >&2; exit 2");
+    EXPECT_EQ(prepared_in(file("cache")).error().message, "a.ply: cannot read");
 }
 
 TEST_F(Opening, AWatchSeesAFileReplacedOrRewritten) {

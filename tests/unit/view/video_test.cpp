@@ -99,9 +99,17 @@ TEST(FrameNames, NeedExactlyOneNumber) {
     EXPECT_EQ(parse_frame_names("a_%04d.png")->of(7), "a_0007.png");
     EXPECT_EQ(parse_frame_names("a_%02d.png")->of(123), "a_123.png");
     EXPECT_EQ(parse_frame_names("%d.bmp")->of(0), "0.bmp");
-    for (const char *const wrong :
-         {"a.png", "%", "%%d.png", "%4d.png", "%04.png", "%d_%d.png", "%00d.png", "%04d%.png", "%0"})
+    for (const char *const wrong : {"a.png", "%", "%%d.png", "%4d.png", "%04.png", "%d_%d.png", "%00d.png", "%04d%.png",
+                                    "%0", "%d/a.png", "a%b_%d.png", "%%%.png"})
         EXPECT_FALSE(parse_frame_names(wrong)) << wrong;
+}
+
+TEST(FrameNames, MayHaveOtherPercentSigns) {
+    EXPECT_EQ(parse_frame_names("100%/tt_%04d.png")->of(7), "100%/tt_0007.png");
+    EXPECT_EQ(parse_frame_names("%d/%%/%s%/%d.png")->of(7), "%d/%%/%s%/7.png");
+    EXPECT_EQ(parse_frame_names("a%%b_%02d.png")->of(7), "a%b_07.png");
+    EXPECT_EQ(parse_frame_names("%d%%d%%.bmp")->of(7), "7%d%.bmp");
+    EXPECT_EQ(parse_frame_names("%%%d%%")->of(7), "%7%");
 }
 
 TEST(FrameRate, IsAFractionInLowestTerms) {
@@ -224,6 +232,14 @@ TEST(VideoSink, PicturesAreThoseOfTheirForm) {
         }
         ASSERT_TRUE(sink.finish());
     }
+}
+
+TEST(VideoSink, OnlyMp4HasEvenSizes) {
+    EXPECT_EQ(stored_size("a.mp4", {75, 50}), glm::ivec2(76, 50));
+    EXPECT_EQ(stored_size("a.mp4", {1, 1}), glm::ivec2(2, 2));
+    EXPECT_EQ(stored_size("a.mp4", {640, 480}), glm::ivec2(640, 480));
+    for (const char *const other : {"a.avi", "-", "%d.png"})
+        EXPECT_EQ(stored_size(other, {75, 51}), glm::ivec2(75, 51)) << other;
 }
 
 TEST(VideoNames, OfOtherFormsAreRefused) {

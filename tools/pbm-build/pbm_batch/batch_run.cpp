@@ -19,8 +19,10 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <iostream>
 #include <system_error>
+#include <utility>
 
 namespace pbm::build {
 namespace {
@@ -106,6 +108,8 @@ class BatchReport {
             say_failure(ending);
         else
             say_built(ending, document, is_built);
+        if (!ending.warning.empty() && !std::exchange(has_warned_, true)) // the others say the same: of the cache
+            command_line::warn(program_, without(ending.warning, {std::string(program_) + ": warning: "}));
         show_progress();
     }
 
@@ -151,13 +155,16 @@ class BatchReport {
 
     std::string count_text() const { return formatted("%zu/%zu ", ended_, scans_.size()); }
 
-    // What went wrong, without the names of program and scan.
-    std::string message_of(const batch::Ending &ending) const {
-        std::string message = ending.message;
-        for (const std::string &prefix : {std::string(program_) + ": ", ending.scan->input + ": "})
+    static std::string without(std::string message, std::initializer_list<std::string> prefixes) {
+        for (const std::string &prefix : prefixes)
             if (message.starts_with(prefix))
                 message.erase(0, prefix.size());
         return message;
+    }
+
+    // What went wrong, without the names of program and scan.
+    std::string message_of(const batch::Ending &ending) const {
+        return without(ending.message, {std::string(program_) + ": ", ending.scan->input + ": "});
     }
 
     void say_failure(const batch::Ending &ending) {
@@ -245,6 +252,7 @@ class BatchReport {
     std::uint64_t all_bytes_ = 0, bytes_ = 0, worked_bytes_ = 0;
     const batch::Scan *first_failed_ = scans_.data() + scans_.size();
     int exit_code_ = 0;
+    bool has_warned_ = false;
 };
 
 std::array<command_line::OutputFile, 3> outputs_of(const Arguments &arguments) {

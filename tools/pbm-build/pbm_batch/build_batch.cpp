@@ -99,7 +99,7 @@ class Batch {
     }
 
     Ending build(const Scan &scan) const {
-        Ending ending{.scan = &scan, .message = {}, .document = {}};
+        Ending ending{.scan = &scan, .message = {}, .warning = {}, .document = {}};
         const auto start = std::chrono::steady_clock::now();
         std::error_code ignored; // the build itself fails, and says why
         std::filesystem::create_directories(std::filesystem::path(scan.output).parent_path(), ignored);
@@ -121,6 +121,8 @@ class Batch {
                              : end->exit_code < 0   ? "a signal ended it: perhaps it had too little memory"
                              : end->message.empty() ? "exit code " + std::to_string(end->exit_code)
                                                     : end->message;
+        else
+            ending.warning = end->message;
         ending.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         return ending;
     }

@@ -27,6 +27,7 @@ struct Ending {
     const Scan *scan = nullptr;
     int exit_code = 0;    // 4 if a signal or the timeout ended it
     std::string message;  // of a failure, one line
+    std::string warning;  // of a build that succeeded, one line; empty for none
     std::string document; // JSON of --json of the build; empty if it wrote none
     double seconds = 0;
 };

@@ -23,6 +23,7 @@ class FileOpener {
         bool again;       // the file of the model shown, which was replaced
         bool quietly;     // nobody said that the file is whole
         std::string next; // to be opened now; empty for none
+        std::string warning;
     };
 
     // `pool` outlives it. `first`, which opens the current one of `files`, may be null.
@@ -50,7 +51,8 @@ class FileOpener {
         if (!opening_ || !opening_->is_ready())
             return std::nullopt;
         const auto done = std::exchange(opening_, nullptr);
-        return Opened{done->path(), done->take(), done->was_cancelled(), again_, quietly_, std::exchange(next_, "")};
+        return Opened{done->path(),   done->take(), done->was_cancelled(), again_, quietly_, std::exchange(next_, ""),
+                      done->warning()};
     }
 
     // Shows the dialog, unless it is shown.

@@ -27,13 +27,17 @@ Opening::Opening(ThreadPool &pool, std::string path, const ViewOptions &options,
                             .stop = stop_.get_token()};
     if (const auto &by = options.look.colour_by; by && !by->if_there)
         preparation.scans.field = field_to_keep(by->field);
-    opened_ = pool.post([&pool, path = path_, options, set_progress,
+    opened_ = pool.post([&pool, path = path_, options, set_progress, shared = shared_,
                          preparation = std::move(preparation)]() -> Result<ShownModelPointer> {
         try {
             const auto prepared = prepare_model(path, preparation);
             set_progress(std::nullopt);
             if (!prepared)
                 return prepared.error();
+            {
+                const std::lock_guard lock(shared->mutex);
+                shared->warning = prepared->warning;
+            }
             auto model = ShownModel::open(path, prepared->file, options, [&pool] { pool.wake(); });
             if (!model)
                 return with_advice("pbm-view", model.error());
@@ -48,6 +52,11 @@ Opening::~Opening() {
     cancel();
     if (progress() && opened_.valid())
         opened_.wait(); // until pbm-build has ended and its temporary files are removed
+}
+
+std::string Opening::warning() const {
+    const std::lock_guard lock(shared_->mutex);
+    return shared_->warning;
 }
 
 std::optional<Opening::Progress> Opening::progress() const {

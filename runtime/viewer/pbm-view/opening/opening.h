@@ -34,6 +34,9 @@ class Opening {
     // Once, when it is ready. The error has advice for a user of `program`.
     Result<ShownModelPointer> take() { return opened_.get(); }
 
+    // Why the cache of models was not used, once it is ready; empty otherwise.
+    std::string warning() const;
+
     // While pbm-build runs.
     std::optional<Progress> progress() const;
     // Ends pbm-build. Loading goes on.
@@ -44,6 +47,7 @@ class Opening {
     struct Shared {
         std::mutex mutex;
         std::optional<Progress> progress;
+        std::string warning;
     };
 
     const std::string path_;

@@ -40,6 +40,12 @@ class Notices {
     }
     // A line on standard error: what is wrong with the file at `path`. Returns the exit code.
     int fail(std::string_view path, const Error &error) const { return command_line::fail(program_, path, error); }
+    // A line on standard error, unless the program is quiet, and a notice.
+    void warn(const std::string &message) {
+        if (verbosity_ != command_line::Verbosity::quiet)
+            command_line::warn(program_, message);
+        notify(message, true);
+    }
     // Says which file was saved, or why it was not.
     void report_saved(const Result<std::string> &path) {
         path ? print("saved " + *path) : static_cast<void>(fail("", path.error()));
