@@ -20,7 +20,7 @@ namespace {
 struct SpzHeader {
     std::uint32_t version = 0;
     std::size_t splats = 0;
-    int degree = 0, fraction_bits = 0;
+    int degree = 0, fraction_bits = 0, flags = 0;
     std::size_t streams = 0, table = 0; // of version 4
 };
 
@@ -34,7 +34,8 @@ Result<SpzHeader> read_header(ByteView bytes) {
     SpzHeader header{.version = load<std::uint32_t>(bytes.data() + 4),
                      .splats = load<std::uint32_t>(bytes.data() + 8),
                      .degree = bytes[12],
-                     .fraction_bits = bytes[13]};
+                     .fraction_bits = bytes[13],
+                     .flags = bytes[14]};
     if (header.version == 0 || header.version > 4)
         return Error{ErrorCode::unsupported_version, 4,
                      "SPZ version " + std::to_string(header.version) + "; export it as version 3, or as PLY"};
@@ -174,6 +175,8 @@ Result<Surface> read_spz(std::span<const std::uint8_t> bytes, const ReadOptions 
     surface.report.push_back(field_report("opacity", opacity, "PBM's points are opaque"));
     surface.report.push_back({header->degree == 0 ? "scales, rotations" : "scales, rotations, spherical harmonics",
                               Fate::dropped, kSplatShapeNote});
+    if (header->flags != 0)
+        surface.report.push_back({"flags", Fate::dropped, "they concern shapes of splats and extensions"});
     report_trailing(surface.report, streams->bytes_behind, "behind the last splat");
     return finished(std::move(surface), options);
 }
