@@ -105,6 +105,14 @@ succeeds("pbm-build", "scan.ply", "--depth", 6, "--lights", "studio", "--shadows
          "marble", "--panorama", "default", "--panorama-width", 256, "--material", "gold", "--unit", "mm", "-o", "scene.pbvg")
 succeeds("pbm-build", "scan.ply", "--depth", 6, "--name", "\u00e4 \"quoted\" name", "-o", "with \u00e4.pbvg")
 succeeds("pbm-build", "scan.ply", "--depth", 6, "--field", "quality", "--fill-holes", 3, "-o", "field.pbvg")
+(work / "rich.mtl").write_text("newmtl red\nKd 1 0 0\nKe 1 0 0\nmap_Kd -bm 1 no.png\nPr 1\n")
+(work / "rich.obj").write_text("mtllib rich.mtl\ng a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvt 0 0 0.5\nusemtl red\nlod 1\n"
+                               "csh -ls\ncstype bezier\nmy 1\nf 1/1/1 2/1/1 3/1/7\nusemtl none\nf 1 2 3\nl 1 2")
+said = run("pbm-build", "rich.obj", "--depth", 6, "-o", "rich.pbvg").stdout.decode().splitlines()[:-1]
+lines = [f"{line['name']}: {line['fate']}" + (f" ({line['note']})" if line["note"] else "") +
+         (f" [{line['warning']}]" if "warning" in line else "")
+         for line in succeeds("pbm-build", "rich.obj", "--depth", 6, "-o", "rich.pbvg")["attributes"]]
+expect(lines == said and len(lines) > 15, f"JSON and the report of a scan: {lines} and {said}")
 for model in ("plain.pbvg", "scene.pbvg", "field.pbvg", "with \u00e4.pbvg"):
     succeeds("pbm-info", model)
     succeeds("pbm-validate", "--deep", model)

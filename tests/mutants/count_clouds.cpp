@@ -71,10 +71,10 @@ std::optional<Announced> count_las(std::string_view bytes) {
         return positions_of(count);
     if (stride == 0 || first > bytes.size() || count > (bytes.size() - first) / stride)
         return std::nullopt;
-    // The size tells the count where nothing may stand behind the points; else what stands there is something.
-    const bool is_whole = (bytes.size() - first) % stride == 0;
-    Announced sum = positions_of(is_whole && !has_tail ? (bytes.size() - first) / stride : count);
-    sum.something_unknown = first + count * stride < bytes.size() && !is_whole && !has_tail;
+    // The size tells a count that is missing, where nothing may stand behind the points.
+    const std::size_t room = bytes.size() - first;
+    Announced sum = positions_of(count == 0 && room % stride == 0 && !has_tail ? room / stride : count);
+    sum.something_unknown = sum.vertices * stride < room && !has_tail;
     return sum;
 }
 
@@ -129,13 +129,12 @@ std::optional<Announced> count_table(std::string_view bytes) {
     std::uint64_t rows = 0, texts = 0;
     for (const std::string &line : lines(without_mark(text))) {
         const Words w = words(line.substr(0, std::min(line.find('#'), line.find("//"))));
-        char *end = nullptr;
         if (w.empty())
             continue;
-        const bool is_number =
-            (std::strtod(w[0].c_str(), &end), *end == '\0') && lower(w[0]).find('x') == std::string::npos;
-        texts += is_number ? 0U : 1U;
-        rows += is_number && w.size() >= 2 ? 1U : 0U;
+        double value = 0;
+        const bool is_row = is_number(w[0], value) && lower(w[0]).find('x') == std::string::npos;
+        texts += is_row ? 0U : 1U;
+        rows += is_row && w.size() >= 2 ? 1U : 0U;
     }
     Announced sum = positions_of(rows);
     sum.something_unknown = texts > 1;
@@ -164,20 +163,35 @@ std::optional<Announced> count_gltf(std::string_view bytes) {
         return whole(member(item(member(doc, "accessors"), accessor), "count"), 0);
     };
     const json scenes = member(doc, "scenes"), scene = member(doc, "scene"), nodes = member(doc, "nodes");
-    std::vector<json> shown, left; // numbers of meshes and of nodes
+    std::vector<json> shown; // numbers of meshes
+    struct Visit {
+        json node; // its number
+        bool is_hidden;
+    };
+    std::vector<Visit> left;
     if (!scenes.is_array() || scenes.empty())
         for (std::size_t i = 0; i < member(doc, "meshes").size(); ++i)
             shown.emplace_back(i);
     for (const json &root : member(item(scenes, scene.is_null() ? json(0U) : scene), "nodes"))
-        left.push_back(root);
+        left.push_back({root, false});
     for (std::size_t visits = 0; visits < left.size(); ++visits) {
-        if (visits > 1000)
+        constexpr std::uint64_t kMax = 1000;
+        if (visits > kMax)
             return std::nullopt;
-        const json node = item(nodes, left[visits]);
-        if (node.contains("mesh"))
-            shown.push_back(node["mesh"]);
+        const json node = item(nodes, left[visits].node), extensions = member(node, "extensions");
+        const json visible = member(member(extensions, "KHR_node_visibility"), "visible");
+        const bool is_hidden = left[visits].is_hidden || (visible.is_boolean() && !visible.get<bool>());
+        const json instances = member(member(extensions, "EXT_mesh_gpu_instancing"), "attributes");
+        std::uint64_t count = 1;
+        for (const char *name : {"TRANSLATION", "ROTATION", "SCALE"})
+            if (instances.is_object() && instances.contains(name))
+                count = count_of(instances[name]);
+        if (count > kMax)
+            return std::nullopt;
+        if (node.contains("mesh") && !is_hidden)
+            shown.insert(shown.end(), count, node["mesh"]);
         for (const json &child : member(node, "children"))
-            left.push_back(child);
+            left.push_back({child, is_hidden});
     }
     Announced sum;
     for (const json &mesh : shown)

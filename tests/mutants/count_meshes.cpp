@@ -62,7 +62,32 @@ std::optional<Announced> count_obj(std::string_view bytes) {
     return sum;
 }
 
-std::optional<Announced> count_off(std::string_view bytes) {
+namespace {
+
+// With words anywhere; a vertex has so many numbers, and nothing stands behind the last face.
+std::optional<Announced> count_off_words(const Words &all, std::size_t numbers) {
+    std::size_t at = 0;
+    const auto next = [&](long long &value) { return at < all.size() && whole_number(all[at++], value) && value >= 0; };
+    long long vertices = 0, faces = 0, edges = 0;
+    if (!next(vertices) || !next(faces) || !next(edges) ||
+        all.size() - at < static_cast<std::size_t>(vertices) * numbers)
+        return std::nullopt;
+    Announced sum{.vertices = static_cast<std::uint64_t>(vertices)};
+    at += static_cast<std::size_t>(vertices) * numbers;
+    for (long long i = 0; i < faces; ++i) {
+        long long size = 0;
+        if (!next(size) || all.size() - at < static_cast<std::size_t>(size))
+            return std::nullopt;
+        std::vector<long long> corners(static_cast<std::size_t>(size));
+        for (long long &corner : corners)
+            if (!next(corner))
+                return std::nullopt;
+        add_face(sum, corners);
+    }
+    return at == all.size() ? std::optional(sum) : std::nullopt;
+}
+
+std::optional<Announced> count_off_lines(std::string_view bytes) {
     std::vector<Words> rows; // without comments and empty lines
     for (const std::string &line : lines(without_mark(bytes)))
         if (Words w = words(line.substr(0, line.find('#'))); !w.empty())
@@ -86,8 +111,7 @@ std::optional<Announced> count_off(std::string_view bytes) {
         return std::nullopt;
     Announced sum{.vertices = static_cast<std::uint64_t>(vertices)};
     if (rows.size() - row > rows_of_scan) { // text behind the last face, but no further row
-        char *end = nullptr;
-        if (std::strtod(rows[row + rows_of_scan][0].c_str(), &end), *end == '\0')
+        if (double value = 0; is_number(rows[row + rows_of_scan][0], value))
             return std::nullopt;
         sum.something_unknown = true;
         rows.resize(row + rows_of_scan);
@@ -103,6 +127,24 @@ std::optional<Announced> count_off(std::string_view bytes) {
         add_face(sum, corners);
     }
     return sum;
+}
+
+} // namespace
+
+std::optional<Announced> count_off(std::string_view bytes) {
+    if (const std::optional<Announced> by_lines = count_off_lines(bytes))
+        return by_lines;
+    std::string text;
+    for (const std::string &line : lines(without_mark(bytes)))
+        text += line.substr(0, line.find('#')) + "\n";
+    const std::size_t off = text.find("OFF");
+    if (off == std::string::npos)
+        return std::nullopt;
+    const auto has = [&](const char *letters) { return text.substr(0, off).find(letters) != std::string::npos; };
+    const Words all = words(text.substr(off + 3));
+    const std::size_t numbers = (has("N") ? 6U : 3U) + (has("ST") ? 2U : 0U);
+    const std::optional<Announced> with_opacity = count_off_words(all, numbers + (has("C") ? 4 : 0));
+    return with_opacity || !has("C") ? with_opacity : count_off_words(all, numbers + 3);
 }
 
 std::optional<Announced> count_stl(std::string_view bytes) {
@@ -121,16 +163,20 @@ std::optional<Announced> count_stl(std::string_view bytes) {
         }
     }
     std::size_t begun = 0, ended = 0;
+    std::uint64_t anywhere = 0; // facets of a text that does not keep to lines
     for (const std::string &line : lines(without_mark(bytes))) {
         const Words w = words(line);
+        for (const std::string &word : w)
+            anywhere += lower(word) == "facet" ? 1U : 0U;
         const bool is_end = w.size() > 1 && lower(w[0]) == "end"; // "end solid"
         const std::string keyword = w.empty() ? "" : is_end ? "end" + lower(w[1]) : lower(w[0]);
         begun += keyword == "solid" ? 1U : 0U;
         ended += keyword == "endsolid" ? 1U : 0U;
         sum.max_triangles += keyword == "facet" ? 1U : 0U;
     }
-    sum.min_triangles = sum.max_triangles;
-    return begun == ended && begun != 0 ? std::optional(sum) : std::nullopt;
+    sum.min_triangles = begun == ended ? sum.max_triangles : anywhere;
+    sum.max_triangles = anywhere;
+    return begun != 0 ? std::optional(sum) : std::nullopt;
 }
 
 namespace {
@@ -140,7 +186,7 @@ struct Property {
 };
 
 bool is_corners(const Property &p) {
-    return !p.count_type.empty() && (p.name == "vertex_indices" || p.name == "vertex_index");
+    return !p.count_type.empty() && (lower(p.name) == "vertex_indices" || lower(p.name) == "vertex_index");
 }
 
 struct Element {
@@ -166,10 +212,8 @@ class Numbers {
         at_ = std::min(body_.find_first_not_of(kWhite, at_), body_.size());
         const std::size_t end = std::min(body_.find_first_of(kWhite, at_), body_.size());
         const std::string word(body_.substr(at_, end - at_));
-        char *last = nullptr;
-        value = std::strtod(word.c_str(), &last);
         at_ = end;
-        return !word.empty() && *last == '\0';
+        return is_number(word, value);
     }
     bool binary(const std::string &type, double &value) {
         static const std::map<std::string, std::size_t> kSizes{
@@ -250,14 +294,15 @@ std::optional<Announced> count_ply(std::string_view bytes) {
     for (const Element &element : *elements) {
         if (element.properties.empty())
             continue;
-        if (element.name == "vertex")
+        const std::string name = lower(element.name);
+        if (name == "vertex")
             sum.vertices = static_cast<std::uint64_t>(element.rows);
-        else if (element.name != "face")
+        else if (name != "face")
             sum.something_unknown = sum.something_unknown || element.rows != 0;
         bool has_corners = false;
         for (const Property &p : element.properties)
             has_corners = has_corners || is_corners(p);
-        if (element.name == "face" && !has_corners)
+        if (name == "face" && !has_corners)
             sum.something_unknown = sum.something_unknown || element.rows != 0;
         for (long long row = 0; row < element.rows; ++row)
             for (const Property &p : element.properties) {
@@ -272,7 +317,7 @@ std::optional<Announced> count_ply(std::string_view bytes) {
                         return std::nullopt;
                     corners.push_back(value > -1e9 && value < 1e10 ? static_cast<long long>(value) : -1);
                 }
-                if (element.name == "face" && is_corners(p))
+                if (name == "face" && is_corners(p))
                     add_face(sum, corners);
             }
     }

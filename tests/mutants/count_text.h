@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,6 +39,19 @@ inline std::vector<std::string> lines(std::string_view text) {
 inline bool whole_number(const std::string &word, long long &value) {
     char *end = nullptr;
     value = std::strtoll(word.c_str(), &end, 10);
+    return !word.empty() && *end == '\0';
+}
+
+// As strtod has it, with the exponents of Fortran and what old libraries write for numbers that are not finite.
+inline bool is_number(std::string word, double &value) {
+    const std::size_t sign = word.starts_with('-') || word.starts_with('+') ? 1 : 0;
+    for (const char *name : {"1.#IND", "1.#QNAN", "1.#INF", "1.#SNAN"})
+        if (word.compare(sign, std::strlen(name), name) == 0)
+            word = "nan";
+    for (char &c : word)
+        c = c == 'd' || c == 'D' ? 'e' : c;
+    char *end = nullptr;
+    value = std::strtod(word.c_str(), &end);
     return !word.empty() && *end == '\0';
 }
 

@@ -23,6 +23,13 @@ std::size_t end_of(const std::string &honest) { return honest.find_last_not_of("
 
 std::string always(const Mutant & /*mutant*/, const Surface & /*surface*/) { return kCut; }
 
+// A cut inside the records behind the points of a LAS loses those alone.
+std::string las(const Mutant & /*mutant*/, const Surface &s) {
+    const bool is_said = std::any_of(s.report.begin(), s.report.end(),
+                                     [](const AttributeReport &line) { return line.name == "announced records"; });
+    return is_said ? "" : kCut;
+}
+
 // Behind the XML section of an E57 are zeros that fill the last page.
 std::string before_end(const Mutant &mutant, const Surface & /*surface*/) {
     return *mutant.cut_at < end_of(mutant.origin->bytes) ? kCut : "";
@@ -41,13 +48,18 @@ std::string inside_last_number(const Mutant &mutant, const Surface &s) {
 std::string off(const Mutant &mutant, const Surface &s) {
     const std::string &honest = mutant.origin->bytes;
     const std::size_t cut = *mutant.cut_at, end = end_of(honest);
-    return cut < end && cut > honest.rfind('\n', end - 1) + 7 ? unless_said(s) : inside_last_number(mutant, s);
+    return mutant.origin->name != kFreeText && cut < end && cut > honest.rfind('\n', end - 1) + 7
+               ? unless_said(s)
+               : inside_last_number(mutant, s);
 }
 
 // Undetectable between two solids and within the name of the last line.
 std::string stl_ascii(const Mutant &mutant, const Surface & /*surface*/) {
     const std::size_t last_line = mutant.bytes.rfind('\n', mutant.bytes.find_last_not_of('\n')) + 1;
-    return mutant.bytes.substr(last_line, 8) != "endsolid" ? kCut : "";
+    const std::string begin = mutant.bytes.substr(last_line, 9);
+    const bool has_end = mutant.origin->name == kFreeText ? mutant.bytes.find("endsolid") != std::string::npos
+                                                          : begin.starts_with("endsolid") || begin == "end solid";
+    return has_end ? "" : kCut;
 }
 
 // Undetectable between two lines, except by comments.
@@ -87,7 +99,7 @@ constexpr std::array<FormatTraits, kFormats> kTraits{{{"PLY ASCII", "ply", count
                                                       {"STL binary", "stl", count_stl, always},
                                                       {"PTX", "ptx", count_ptx, ptx},
                                                       {"E57", "e57", count_e57, before_end},
-                                                      {"LAS", "las", count_las, always},
+                                                      {"LAS", "las", count_las, las},
                                                       {"LAZ", "las", count_las, always},
                                                       {"SPZ", "spz", count_spz, always},
                                                       {"PCD ASCII", "pcd", count_pcd, inside_last_number},

@@ -89,6 +89,29 @@ std::string las(bool is_new) {
     return file;
 }
 
+// Records of coordinate reference systems and others before the points, a long one behind them.
+std::string las_with_records() {
+    std::string file = las(true), records;
+    const auto record = [](const char *user, std::uint16_t id, const std::string &content, bool is_long) {
+        std::string head(is_long ? 60 : 54, '\0');
+        head.replace(2, std::strlen(user), user);
+        std::memcpy(head.data() + 18, &id, sizeof id);
+        const auto length = static_cast<std::uint16_t>(content.size());
+        std::memcpy(head.data() + 20, &length, sizeof length);
+        return head + content;
+    };
+    const std::string keys("\1\0\1\0\0\0\2\0\0\x0c\0\0\1\0\x2b\x0b\1\x0c\xb1\x87\1\0\0\0", 24);
+    records += record("LASF_Projection", 34735, keys, false) + record("LASF_Projection", 34737, "NAD83|", false) +
+               record("LASF_Spec", 7, "void", false) + record("made for tests", 1, "text", false);
+    const auto put = [&file](std::size_t at, auto value) { std::memcpy(file.data() + at, &value, sizeof value); };
+    put(96, static_cast<std::uint32_t>(375 + records.size()));
+    put(100, std::uint32_t{4});
+    put(235, static_cast<std::uint64_t>(file.size() + records.size()));
+    put(243, std::uint32_t{1});
+    return file.insert(375, records) +
+           record("LASF_Projection", 2112, R"(PROJCS["a",GEOGCS["b"],UNIT["US survey foot",0.3048006096]])", true);
+}
+
 // The same points, pointwise or in layers.
 std::string laz(bool is_new) {
     const std::string whole = las(is_new);
@@ -123,6 +146,16 @@ std::string pcd_header(const std::string &data) {
            "SIZE 4 4 4 4 1\nTYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH 5\nHEIGHT 5\nVIEWPOINT 0 0 3 1 0 0 0\n"
            "POINTS 25\nDATA " +
            data + "\n";
+}
+
+// A packed colour with a sign, a field of no values, a rotation, text behind the points.
+std::string pcd_packed() {
+    std::string text =
+        "# .PCD v0.7\nFIELDS x y z rgba none\nSIZE 4 4 4 4 1\nTYPE F F F I U\nCOUNT 1 1 1 1 0\nWIDTH 25\n"
+        "HEIGHT 1\nVIEWPOINT 0 0 3 0.5 0.5 0.5 0.5\nDATA ascii\n";
+    for (int i = 0; i < kVertices; ++i)
+        text += place(i) + " -36443" + std::to_string(10 + i) + "\n";
+    return text;
 }
 
 std::string pcd_ascii() {
@@ -162,10 +195,13 @@ std::string pcd_binary(bool compressed) {
     return file + packed;
 }
 
-// Kinds: numbers alone; names and commas; a count first.
-enum class Table { plain, named, counted };
+// Kinds: numbers alone; names and commas; a count first; degrees, and a colour in one number; colours and labels
+// without names, beside numbers of Fortran and of old libraries.
+enum class Table { plain, named, counted, degrees, labels };
 std::string table(Table kind) {
     std::string text = kind == Table::named     ? "x,y,z,red,green,blue,intensity,classification\n"
+                       : kind == Table::degrees ? "lon lat height rgb\n"
+                       : kind == Table::labels  ? ""
                        : kind == Table::counted ? std::to_string(kVertices) + "\n"
                                                 : "# made for tests\n";
     for (int i = 0; i < kVertices; ++i) {
@@ -176,6 +212,11 @@ std::string table(Table kind) {
                 c = c == ' ' ? ',' : c;
         } else if (kind == Table::counted)
             row += " -" + std::to_string(100 * i) + " 7 128 " + std::to_string(i);
+        else if (kind == Table::degrees)
+            row += " -" + std::to_string(100000 * i);
+        else if (kind == Table::labels)
+            row =
+                (i == 9 ? "nan 0 0 " : row + "D0 ") + "200 " + std::to_string(60 + i) + " 30 " + std::to_string(i % 4);
         text += row + "\n";
     }
     return text;
@@ -232,6 +273,44 @@ std::string gltf(bool is_binary) {
     return file + std::string("BIN\0", 4) + buffer;
 }
 
+// A skin, morph targets, instances, hidden nodes, points by indices, two scenes, extensions.
+std::string gltf_scene() {
+    std::string buffer;
+    for (int i = 0; i < kVertices; ++i) {
+        const Vertex v = vertex(i);
+        for (const float value : {v.x, v.y, v.z})
+            append(buffer, value);
+    }
+    for (const Triangle &t : triangles())
+        for (const int corner : t)
+            append(buffer, static_cast<std::uint16_t>(corner));
+    const std::size_t joints = buffer.size(), weights = joints + std::size_t{4} * kVertices;
+    buffer.resize(weights);
+    for (int i = 0; i < 4 * kVertices; ++i)
+        append(buffer, i % 4 == 0 ? 1.0F : 0.0F);
+    buffer.resize((buffer.size() + 11) / 12 * 12);
+    const auto view = [](std::size_t at, std::size_t length) {
+        return R"({"buffer":0,"byteOffset":)" + std::to_string(at) + R"(,"byteLength":)" + std::to_string(length) + "}";
+    };
+    const std::size_t places = std::size_t{12} * kVertices;
+    return R"({"asset":{"version":"2.0"},"scene":1,"scenes":[{"name":"other"},{"nodes":[0,1,2,4]}],)"
+           R"("extensionsUsed":["KHR_node_visibility","ACME_light"],"extras":{"key":[1]},)"
+           R"("nodes":[{"mesh":0,"skin":0,"scale":[100,1,1]},{"rotation":[0,0,0,2],"children":[3]},)"
+           R"({"mesh":0,"weights":[0.5],"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":4}}}},)"
+           R"({"mesh":1,"extensions":{"KHR_node_visibility":{"visible":false}}},{"mesh":1}],)"
+           R"("skins":[{"joints":[1]}],"meshes":[{"primitives":[{"attributes":{"POSITION":0,"JOINTS_0":2,"WEIGHTS_0":3},)"
+           R"("indices":1,"targets":[{"POSITION":0}]}]},{"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":0}]}],)"
+           R"("accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":25},)"
+           R"({"bufferView":1,"componentType":5123,"type":"SCALAR","count":96},)"
+           R"({"bufferView":2,"componentType":5121,"type":"VEC4","count":25},)"
+           R"({"bufferView":3,"componentType":5126,"type":"VEC4","count":25},)"
+           R"({"bufferView":0,"componentType":5126,"type":"VEC3","count":2}],"bufferViews":[)" +
+           view(0, places) + "," + view(places, joints - places) + "," + view(joints, weights - joints) + "," +
+           view(weights, std::size_t{16} * kVertices) + R"(],"buffers":[{"byteLength":)" +
+           std::to_string(buffer.size()) + R"(,"uri":"data:application/octet-stream;base64,)" + base64(buffer) +
+           "\"}]}";
+}
+
 } // namespace
 
 std::vector<HonestFile> honest_clouds() {
@@ -241,16 +320,22 @@ std::vector<HonestFile> honest_clouds() {
             {"integers and floats", Format::e57, e57(true)},
             {"format 3", Format::las, las(false)},
             {"format 7", Format::las, las(true)},
+            {"records", Format::las, las_with_records()},
+            {"bytes behind", Format::las, las(false) + std::string(68, '\1'), 68},
             {"format 3", Format::laz, laz(false)},
             {"format 7", Format::laz, laz(true)},
             {"version 3", Format::spz, spz()},
             {"ascii", Format::pcd_ascii, pcd_ascii()},
+            {"packed colours", Format::pcd_ascii, pcd_packed()},
             {"binary", Format::pcd_binary, pcd_binary(false)},
             {"compressed", Format::pcd_binary, pcd_binary(true)},
             {"plain", Format::table, table(Table::plain)},
             {"named", Format::table, table(Table::named)},
             {"counted", Format::table, table(Table::counted)},
+            {"degrees", Format::table, table(Table::degrees)},
+            {"labels", Format::table, table(Table::labels)},
             {"text", Format::gltf, gltf(false)},
+            {"scene", Format::gltf, gltf_scene()},
             {"binary", Format::gltf, gltf(true)}};
 }
 

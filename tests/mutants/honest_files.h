@@ -1,6 +1,7 @@
 // Small whole files of every format and many dialects: what mutants are made of.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -26,10 +27,13 @@ enum class Format : std::uint8_t {
 };
 constexpr int kFormats = 15;
 
+inline constexpr const char *kFreeText = "free text"; // name of texts whose words do not keep to lines
+
 struct HonestFile {
     std::string name;
     Format format{};
-    std::string bytes; // of an E57: what lies in its pages, since checksums find any other damage
+    std::string bytes;            // of an E57: what lies in its pages, since checksums find any other damage
+    std::size_t bytes_behind = 0; // that belong to nothing
 };
 
 // The same on every call. Clouds, and glTF.

@@ -91,6 +91,22 @@ std::string ply_binary_lists() {
     return bytes;
 }
 
+// Names in capital letters; Gaussian splats; text behind the last face.
+std::string ply_of_others() {
+    const std::vector<Triangle> faces = triangles();
+    std::string text =
+        "ply\nformat ascii 1.0\nelement Vertex 25\nproperty float X\nproperty float Y\nproperty float Z\n"
+        "property float f_dc_0\nproperty float f_dc_1\nproperty float f_dc_2\nproperty float opacity\n"
+        "property float scale_0\nproperty float scale_1\nproperty float scale_2\nproperty float rot_0\n"
+        "property float rot_1\nproperty float rot_2\nproperty float rot_3\nelement Face 32\n"
+        "property list uchar int Vertex_Indices\nend_header\n";
+    for (int i = 0; i < kVertices; ++i)
+        text += place(i) + " -1.#IND 1.5D+0 1e0 0.25 -4 -4 -4 1 0 0 0.0\n";
+    for (const Triangle &t : faces)
+        text += "3 " + corners(t, 0) + "\n";
+    return text;
+}
+
 std::string obj(bool announced) {
     const std::vector<Triangle> faces = triangles();
     std::string text = "# made for tests\n";
@@ -118,6 +134,30 @@ std::string obj_rich() {
     return text + "l 1 2 3\n";
 }
 
+// Colours of ZBrush, indices of normals that do not exist, numbers of old libraries, colours of some vertices.
+std::string obj_of_others() {
+    std::string text = "mtllib \"sheet 1.mtl\"\no sheet\ng a b\ns 1\n";
+    for (int i = 0; i < kVertices; ++i)
+        text += "v " + place(i) + (i % 2 == 0 ? " 0.5 0.25 1.000001\n" : "\n");
+    text += "#MRGB ";
+    for (int i = 0; i < kVertices; ++i)
+        text += "ffc83c1e";
+    text += "\nvt 0.5 0.5 0.5\nvn -1.#IND 1.#QNAN 0\nvn 0 0 1\nusemtl \"a b\"\nlod 3\n";
+    for (const Triangle &t : triangles())
+        text += "f " + std::to_string(t[0] + 1) + "/1/0 " + std::to_string(t[1] + 1) + "/9/2 " +
+                std::to_string(t[2] + 1) + "//3\n";
+    return text;
+}
+
+// Words with ends of lines behind every seventh one, and some comments.
+std::string free_text(std::string text) {
+    std::size_t count = 0;
+    for (char &c : text)
+        if (c == ' ' || c == '\n')
+            c = ++count % 7 == 0 ? '\n' : ' ';
+    return text;
+}
+
 std::string off(bool rich) {
     const std::vector<Triangle> faces = triangles();
     std::string text = rich ? "CNOFF\n# a comment\n25 32 0\n" : "OFF\n25 32 0\n";
@@ -142,7 +182,22 @@ std::string stl_ascii(bool two) {
     return text + "endsolid\n";
 }
 
-std::string stl_binary(std::string header) {
+std::string free_off() {
+    std::string text = off(false); // without the colours of its faces
+    for (std::size_t at = text.find(" 255 128 0"); at != std::string::npos; at = text.find(" 255 128 0", at))
+        text.erase(at, 10);
+    text = free_text(text);
+    return text.insert(text.find('\n'), " # a comment");
+}
+
+std::string spelled_otherwise(std::string text) {
+    for (std::size_t at = 0; (at = text.find("end", at)) != std::string::npos; at += 4)
+        text.insert(at + 3, " ");
+    return text;
+}
+
+// `attributes`: of every second facet.
+std::string stl_binary(std::string header, std::uint16_t attributes = 0) {
     const std::vector<Triangle> faces = triangles();
     header.resize(80, ' ');
     append(header, static_cast<std::uint32_t>(faces.size()));
@@ -154,7 +209,7 @@ std::string stl_binary(std::string header) {
             for (const float value : {v.x, v.y, v.z})
                 append(header, value);
         }
-        append(header, std::uint16_t{0});
+        append(header, t[1] % 2 == 0 ? attributes : std::uint16_t{0});
     }
     return header;
 }
@@ -167,15 +222,23 @@ std::vector<HonestFile> honest_meshes() {
             {"little-endian", Format::ply_binary, ply_binary(false)},
             {"big-endian", Format::ply_binary, ply_binary(true)},
             {"lists", Format::ply_binary, ply_binary_lists()},
+            {"of others", Format::ply_ascii, ply_of_others()},
             {"plain", Format::obj, obj(false)},
             {"announced", Format::obj, obj(true)},
             {"rich", Format::obj, obj_rich()},
+            {"of others", Format::obj, obj_of_others()},
             {"face colours", Format::off, off(false)},
             {"vertex colours", Format::off, off(true)},
+            {kFreeText, Format::off, free_off()},
             {"one solid", Format::stl_ascii, stl_ascii(false)},
             {"two solids", Format::stl_ascii, stl_ascii(true)},
+            {kFreeText, Format::stl_ascii, free_text(stl_ascii(false))},
+            {"end solid", Format::stl_ascii, spelled_otherwise(stl_ascii(true))},
             {"plain", Format::stl_binary, stl_binary("made for tests")},
-            {"solid", Format::stl_binary, stl_binary("solid made for tests")}};
+            {"solid", Format::stl_binary, stl_binary("solid made for tests")},
+            {"Materialise", Format::stl_binary, stl_binary("COLOR=abcd,MATERIAL=abcdefghijkl", 0x1234)},
+            {"VisCAM", Format::stl_binary, stl_binary("x", 0x9234)},
+            {"attributes", Format::stl_binary, stl_binary("x", 0x1234) + "more", 4}};
 }
 
 } // namespace pbm::mutants

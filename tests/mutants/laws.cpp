@@ -68,7 +68,7 @@ Judgement judge_surface(const Mutant &mutant, const Surface &s) {
     if (!whole(s))
         return broken("the arrays of the surface disagree");
     const FormatTraits &format = traits(mutant.origin->format);
-    if (mutant.cut_at)
+    if (mutant.cut_at && *mutant.cut_at < mutant.origin->bytes.size() - mutant.origin->bytes_behind)
         if (const std::string law = format.judge_cut(mutant, s); !law.empty())
             return broken(law);
     const std::optional<Announced> announced = format.count(mutant.bytes);

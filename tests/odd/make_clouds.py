@@ -119,6 +119,7 @@ def files():
         "las_withheld.las": las(flags=(0, 0x80, 0)),
         "las_class.las": las(flags=(2, 2, 7)),
         "las_count_lies.las": las(count=2),
+        "las_count_missing.las": las(count=0),
         "las_bounds_lie.las": las(highest=(9, 9, 9)),
         "las_cut_short.las": las(count=4),
         "las_trailing_bytes.las": las() + b"more",

@@ -117,7 +117,11 @@ TEST(Las, WithheldPointsAndWhatIsNotUsedAreNamed) {
 TEST(Las, HeadersThatLieAreNamedAndCutFilesRefused) {
     std::string file = las(3);
     put<std::uint32_t>(file, 107, 1);
-    EXPECT_EQ(note_of(surface(file), "header"), "it announces 1 points; the file has 2");
+    EXPECT_EQ(surface(file).positions.size(), 1U); // what lies behind the announced points is none
+    EXPECT_EQ(note_of(surface(file), "end of file"), "34 bytes behind the last point");
+    put<std::uint32_t>(file, 107, 0);
+    EXPECT_EQ(surface(file).positions.size(), 2U);
+    EXPECT_EQ(note_of(surface(file), "header"), "it announces 0 points; the file has 2");
     file = las(3);
     put<double>(file, 179, 1e9);
     EXPECT_EQ(note_of(surface(file), "header"), "its bounds are not those of the points");

@@ -250,6 +250,28 @@ TEST(OffReader, CountsThatLieAndBadRowsAreRefused) {
     EXPECT_EQ(error("4OFF\n1 0 0\n1 2 3 4\n", kOffName).code, ErrorCode::unsupported_feature);
 }
 
+TEST(OffReader, WordsMayStandOnAnyLine) {
+    const Surface by_lines = surface(kOff, kOffName);
+    for (const char from : {'\n', ' '}) { // one line; a line for each word
+        std::string file = kOff;
+        std::replace(file.begin(), file.end(), from, from == ' ' ? '\n' : ' ');
+        const Surface s = surface(file, kOffName);
+        EXPECT_EQ(s.positions, by_lines.positions);
+        EXPECT_EQ(s.triangles, by_lines.triangles);
+        for (std::size_t size = 0; size + 2 < file.size(); ++size)
+            EXPECT_FALSE(read(file.substr(0, size), kOffName).ok()) << size;
+    }
+    const Surface s = surface("# Words\nCNOFF 3 # a comment\n1 0 0 0 0 0 0 1 255 0 0 255 1 0\n0 0 0 1 0 255 0 255\n"
+                              "1 1 0 0 0 1 0 0 255 255 3 0 # a comment\n1 2",
+                              kOffName);
+    EXPECT_EQ(s.positions[2], glm::dvec3(1, 1, 0));
+    EXPECT_EQ(s.colours[1], (Colour{0, 255, 0}));
+    EXPECT_EQ(s.normals[2], glm::vec3(0, 0, 1));
+    EXPECT_EQ(surface("COFF 3 1 0 0 0 0 9 8 7 1 0 0 6 5 4 1 1 0 3 2 1 3 0 1 2", kOffName).colours[1],
+              (Colour{6, 5, 4}));
+    EXPECT_FALSE(read(kOff.substr(0, 10) + "0 0 0 1\n" + kOff.substr(10), kOffName).ok());
+}
+
 TEST(StlReader, FacetsAreWelded) {
     for (const std::string &file : {binary_stl(kTwoFacets), binary_stl(kTwoFacets, "solid though binary"), kAsciiStl}) {
         const Surface s = surface(file, kStlName);
@@ -285,6 +307,61 @@ TEST(StlReader, DamagedTextIsRefusedWithItsLine) {
     file = kAsciiStl;
     file.replace(file.find(" endloop"), 8, "vertex 4");
     EXPECT_TRUE(has(error(file, kStlName).message, "triangles only"));
+}
+
+TEST(StlReader, WordsMayStandOnAnyLine) {
+    for (const char from : {'\n', ' '}) { // one line; a line for each word
+        std::string file = kAsciiStl;
+        std::replace(file.begin(), file.end(), from, from == ' ' ? '\n' : ' ');
+        const Surface s = surface(file, kStlName);
+        EXPECT_EQ(s.triangles, surface(kAsciiStl, kStlName).triangles);
+        EXPECT_EQ(s.positions, surface(kAsciiStl, kStlName).positions);
+        for (std::size_t size = 0; size < file.rfind("endsolid") + 8; ++size)
+            EXPECT_FALSE(read(file.substr(0, size), kStlName).ok()) << size;
+    }
+    const std::string facet = " facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet";
+    EXPECT_EQ(surface("solid a" + facet + "\n" + facet + " endsolid a solid b" + facet + " end solid", kStlName)
+                  .dropped_triangles,
+              0U);
+    EXPECT_EQ(
+        surface("solid a" + facet + facet + " endsolid a solid b" + facet + " end solid", kStlName).triangles.size(),
+        3U);
+    EXPECT_EQ(surface(kAsciiStl + "solid b" + facet + " endsolid", kStlName).triangles.size(), 3U);
+    EXPECT_FALSE(read("solid a" + facet, kStlName).ok());
+    EXPECT_FALSE(read("solid a" + facet + " endsolid" + facet, kStlName).ok());
+}
+
+// 15 bits of colour: in Materialise red is lowest, in VisCAM blue.
+TEST(StlReader, FacetsHaveTheColoursOfTheProgramsThatWriteThem) {
+    const auto coloured = [](const std::string &header, std::array<std::uint16_t, 2> attributes) {
+        std::string file = binary_stl(kTwoFacets, header);
+        for (std::size_t facet = 0; facet < 2; ++facet)
+            std::memcpy(file.data() + 84 + 50 * facet + 48, &attributes[facet], 2);
+        return surface(file, kStlName);
+    };
+    const std::uint16_t blue_first = 25 << 10 | 12 << 5 | 3, red_first = 3 << 10 | 12 << 5 | 25;
+    const Colour expected{206, 99, 25}, object{30, 100, 200};
+    const std::string header = "COLOR=\x1e\x64\xc8\xff,MATERIAL=";
+    const auto colours = [](const Surface &s) { // of the facets
+        std::vector<Colour> found;
+        for (const glm::uvec3 &t : s.triangles) {
+            EXPECT_TRUE(s.colours[t.x] == s.colours[t.y] && s.colours[t.y] == s.colours[t.z]);
+            found.push_back(s.colours[t.x]);
+        }
+        return found;
+    };
+    const Surface materialise = coloured(header, {red_first, 0x8000});
+    EXPECT_EQ(colours(materialise), (std::vector{expected, object}));
+    EXPECT_EQ(materialise.positions.size(), 6U); // facets of two colours share no vertex
+    EXPECT_EQ(materialise.vertex_copies, 2U);
+    EXPECT_EQ(colours(coloured(header, {0, 0})), (std::vector{object, object}));
+    const std::uint16_t viscam = 0x8000 | blue_first;
+    EXPECT_EQ(colours(coloured("", {viscam, viscam})), (std::vector{expected, expected}));
+    EXPECT_EQ(colours(coloured("", {viscam, 0})), (std::vector{expected, pbm::Material{}.colour}));
+    EXPECT_EQ(coloured("", {viscam, viscam}).positions.size(), 4U);
+    const Surface other = coloured("", {viscam, red_first});
+    EXPECT_TRUE(other.colours.empty());
+    EXPECT_TRUE(reports(other, "attribute bytes", Fate::dropped));
 }
 
 TEST(SurfaceReader, TheContentDecidesBeforeTheExtension) {

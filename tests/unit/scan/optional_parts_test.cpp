@@ -114,6 +114,20 @@ TEST(OptionalParts, BytesBehindTheEndAreNamed) {
     EXPECT_FALSE(read(off + "3 0 1 2\n", "scan.off").ok());
 }
 
+TEST(OptionalParts, RecordsBehindTheAnnouncedOnesAreNoPoints) {
+    const std::string row(12, '\1');
+    const std::string ply =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+        "property float z\nend_header\n";
+    const std::string pcd = "# .PCD v0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n"
+                            "DATA binary\n";
+    for (const auto &[name, head] : {std::pair("scan.ply", ply), {"scan.pcd", pcd}}) {
+        const Surface s = surface(head + repeated(row, 7), name);
+        EXPECT_EQ(s.positions.size(), 2U);
+        EXPECT_TRUE(has(report(s, "end of file").note, "60 bytes")) << name;
+    }
+}
+
 TEST(OptionalParts, EndsAndCountsMayBeSpelledOtherwise) {
     std::string stl = "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nend loop\n"
                       "end facet\nEND SOLID\n";

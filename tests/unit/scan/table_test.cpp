@@ -250,9 +250,30 @@ TEST(TextCloud, CommentsAreSaidAndErrorsOfSpreadsheetsAreNone) {
 }
 
 TEST(TextCloud, PackedColoursThatAreNoneAreCounted) {
-    const Surface s = surface("x,y,z,rgb\n1,2,3,16711680\n1,2,3,\n1,2,3,-1\n1,2,3,2.3e-38\n", "scan.csv");
+    const Surface s = surface("x,y,z,rgb\n1,2,3,16711680\n1,2,3,\n1,2,3,nan\n1,2,3,1e300\n", "scan.csv");
     EXPECT_EQ(s.colours[0], (Rgb8{255, 0, 0}));
     EXPECT_EQ(note_of(s, "colours"), "sRGB, 8 bits; 3 points without a colour are black");
+}
+
+// 200, 100, 30 is 0xC8641E: as unsigned and signed numbers with and without an opacity, of 64 bits, and as a float.
+TEST(TextCloud, PackedColoursAreTheLowBitsOfANumberOrAFloat) {
+    const Rgb8 expected{200, 100, 30};
+    for (const std::string bits : {"13132830", "-3644386", "4291322910", "4308100126", "13132830.0", "1.3132830e7",
+                                   "1.84030145e-38", "-1.84030145e-38"}) {
+        EXPECT_EQ(surface("x,y,z,rgb\n1,2,3," + bits + "\n4,5,6," + bits + "\n", "scan.csv").colours[0], expected)
+            << bits;
+        for (const char *type : {"F F F I", "F F F U", "F F F F"})
+            EXPECT_EQ(surface(pcd("x y z rgba", "4 4 4 4", type, 1, "ascii\n1 2 3 " + bits + "\n"), "scan").colours[0],
+                      expected)
+                << type << " " << bits;
+    }
+    const std::string place(12, '\0');
+    EXPECT_EQ(surface(pcd("x y z rgb", "4 4 4 4", "F F F I", 1, "binary\n" + place + raw(-3644386)), "scan").colours[0],
+              expected);
+    EXPECT_EQ(
+        surface(pcd("x y z rgb", "4 4 4 8", "F F F I", 1, "binary\n" + place + raw(std::int64_t{-3644386})), "scan")
+            .colours[0],
+        expected);
 }
 
 TEST(TextCloud, AFewOddColoursDoNotChangeTheRangeOfAll) {

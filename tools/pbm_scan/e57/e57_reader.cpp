@@ -440,6 +440,13 @@ class E57Reader {
         for (const std::string &extension : description_.extensions)
             if (extension != "nor")
                 lines.push_back({"extension " + printable_in_quotes(extension), Fate::dropped, "not known to PBM"});
+        const auto elements = [](const std::set<std::string> &names) {
+            return "elements " + listed(std::vector<std::string>(names.begin(), names.end()));
+        };
+        if (!description_.about.empty())
+            lines.push_back({elements(description_.about), Fate::kept, "not needed: they describe no single points"});
+        if (!description_.unused.empty())
+            lines.push_back({elements(description_.unused), Fate::dropped, "not known to PBM"});
         report_trailing(lines, pages_.trailing_bytes(), "after the last page");
     }
 

@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace pbm::build {
 namespace {
@@ -231,6 +232,42 @@ Result<E57Scan> describe_scan(const E57Xml &xml, const E57Element &element, cons
     return scan;
 }
 
+// Notes the elements below one that are not read.
+void note_unread(const E57Xml &xml, const E57Element &parent, E57Description &description) {
+    constexpr std::array<std::string_view, 7> kRead{"data3D", "images2D",    "coordinateMetadata",  "points",
+                                                    "pose",   "colorLimits", "pointGroupingSchemes"};
+    constexpr std::array<std::string_view, 24> kAbout{"formatName",
+                                                      "guid",
+                                                      "versionMajor",
+                                                      "versionMinor",
+                                                      "e57LibraryVersion",
+                                                      "creationDateTime",
+                                                      "name",
+                                                      "originalGuids",
+                                                      "description",
+                                                      "sensorVendor",
+                                                      "sensorModel",
+                                                      "sensorSerialNumber",
+                                                      "sensorHardwareVersion",
+                                                      "sensorSoftwareVersion",
+                                                      "sensorFirmwareVersion",
+                                                      "temperature",
+                                                      "relativeHumidity",
+                                                      "atmosphericPressure",
+                                                      "acquisitionStart",
+                                                      "acquisitionEnd",
+                                                      "indexBounds",
+                                                      "cartesianBounds",
+                                                      "sphericalBounds",
+                                                      "intensityLimits"};
+    const auto is_in = [](std::span<const std::string_view> names, const std::string &name) {
+        return std::find(names.begin(), names.end(), name) != names.end();
+    };
+    for (const std::uint32_t child : parent.children)
+        if (const std::string &name = xml.elements[child].name; !is_in(kRead, name))
+            (is_in(kAbout, name) ? description.about : description.unused).insert(name);
+}
+
 } // namespace
 
 const E57Field *E57Scan::field(E57Role role) const {
@@ -250,6 +287,7 @@ Result<E57Description> describe_e57(const E57Xml &xml, const E57Pages &pages) {
     for (const auto &[key, value] : root.attributes)
         if (key.starts_with("xmlns:"))
             description.extensions.push_back(key.substr(6));
+    note_unread(xml, root, description);
     if (const E57Element *const text = xml.child(root, "coordinateMetadata"))
         description.coordinates = trimmed(text->text, " \t\r\n");
     if (const E57Element *const images = xml.child(root, "images2D"))
@@ -258,6 +296,7 @@ Result<E57Description> describe_e57(const E57Xml &xml, const E57Pages &pages) {
     if (scans == nullptr)
         return description;
     for (const std::uint32_t index : scans->children) {
+        note_unread(xml, xml.elements[index], description);
         Result<E57Scan> scan = describe_scan(xml, xml.elements[index], pages);
         const std::string label = "scan " + std::to_string(description.scans.size() + 1);
         if (!scan) {

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -79,6 +80,7 @@ struct E57Description {
     std::size_t images = 0;              // images2D
     std::string coordinates;             // coordinateMetadata: the coordinate reference system
     std::vector<std::string> extensions; // prefixes of namespaces that are declared
+    std::set<std::string> about, unused; // elements that describe the file or its scans, and those that are not known
 };
 
 // errors  bad_input            an element is missing or contradicts itself, a number is none

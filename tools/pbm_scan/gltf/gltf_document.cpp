@@ -164,6 +164,8 @@ Result<GlbChunks> chunks_of(ByteView file) {
             chunks.json = file.subspan(at, length), has_json = true;
         else if (type == kBinaryChunk && chunks.binary.empty())
             chunks.binary = file.subspan(at, length);
+        else if (length != 0)
+            drop_once(chunks.report, "further chunks", "not known to glTF 2");
         at += length;
         // Some writers do not count the bytes that fill a chunk up to a multiple of four.
         if (const std::size_t filled = (at + 3) / 4 * 4; filled != at && !is_binary(at) && is_binary(filled)) {

@@ -37,6 +37,7 @@ class GltfDocument {
     //         unsupported_version  glTF 1
     static Result<GltfDocument> open(const ScanFile &file);
 
+    const Json &root() const { return json_; }
     const Json *root(const char *key) const { return member(&json_, key); }
     const std::string &path() const { return path_; }
     // Of the file and of the files and data URIs that were read.

@@ -123,8 +123,7 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
     const Json *const emission = emission_of(*described, made.factor, image != nullptr);
     if (emission != nullptr) {
         made.factor = glm::vec4(glm::vec3(factor_of(emission)), made.factor.w);
-        if (std::none_of(report_.begin(), report_.end(), [](const auto &line) { return line.name == kEmission; }))
-            report_.push_back({kEmission, Fate::converted, "the colours of materials whose own are black"});
+        report_once(report_, {kEmission, Fate::converted, "the colours of materials whose own are black"});
     }
     for (std::size_t i = 0; i < 3; ++i)
         made.material.colour[i] = to_srgb(made.factor[static_cast<int>(i)]);
@@ -162,8 +161,12 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
     };
     for (const char *key : {"normalTexture", "occlusionTexture"})
         drop(described, key, "not used by PBM");
-    if (emission == nullptr)
+    if (emission == nullptr) {
         drop(described, "emissiveTexture", "not used by PBM");
+        const Json *const light = member(described, "emissiveFactor");
+        if (items(light) >= 3 && glm::vec3(factor_of(light)) != glm::vec3(0))
+            drop(described, "emissiveFactor", "materials with colours of their own emit no light");
+    }
     drop(metallic, "metallicRoughnessTexture", "PBM has materials, no images of them");
     drop(glossy, "specularGlossinessTexture", "PBM has materials, no images of them");
     return made;

@@ -396,6 +396,11 @@ Status GltfPrimitives::read_compressed(const Json &draco, Reading &reading, Gltf
 // Moves vertices by the morph targets whose weights are not 0.
 Status GltfPrimitives::morph(Reading &reading, GltfPrimitive &out) {
     const Json *const targets = member(&reading.described, "targets");
+    for (std::size_t i = 0; i < items(targets); ++i)
+        if (const Json *const target = item(targets, i); target->is_object())
+            for (const auto &[name, accessor] : target->items())
+                if (name != "POSITION" && name != "NORMAL" && index_of(&accessor))
+                    drop_once(report_, printable(name) + " of morph targets", "not used by PBM");
     if (items(targets) == 0)
         return {};
     if (reading.weights.empty()) {
@@ -418,9 +423,7 @@ Status GltfPrimitives::morph(Reading &reading, GltfPrimitive &out) {
                 (*values)[k] += weight * moved[k];
         }
     }
-    const auto is_known = [](const AttributeReport &line) { return line.name == "morph targets"; };
-    if (std::none_of(report_.begin(), report_.end(), is_known))
-        report_.push_back({"morph targets", Fate::converted, "with the weights that the file gives them"});
+    report_once(report_, {"morph targets", Fate::converted, "with the weights that the file gives them"});
     return {};
 }
 

@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <unordered_set>
 
 namespace pbm::build {
@@ -37,6 +38,39 @@ struct Placing {
         : to_scene(matrix), determinant(glm::determinant(glm::dmat3(matrix))),
           of_normals(determinant != 0 ? glm::transpose(glm::inverse(glm::dmat3(matrix))) : glm::dmat3(matrix)) {}
 };
+
+// What a document holds besides what the specification describes.
+struct Additions {
+    std::set<std::string> extensions; // names, announced or not; at most kMaxExtensions
+    bool has_extras = false;
+};
+constexpr std::size_t kMaxExtensions = 256;
+
+Additions find_additions(const Json &root) {
+    Additions found;
+    const auto add = [&found](const std::string &name) {
+        if (found.extensions.size() < kMaxExtensions)
+            found.extensions.insert(name);
+    };
+    const Json *const announced = member(&root, "extensionsUsed");
+    for (std::size_t i = 0; i < items(announced); ++i)
+        add(text_of(item(announced, i)));
+    std::vector<const Json *> left{&root};
+    while (!left.empty()) {
+        const Json &value = *left.back();
+        left.pop_back();
+        const Json *const extensions = member(&value, "extensions");
+        for (const auto &[key, part] : value.items()) {
+            found.has_extras = found.has_extras || (value.is_object() && key == "extras");
+            if (part.is_structured() && !(value.is_object() && key == "extras"))
+                left.push_back(&part);
+        }
+        if (extensions != nullptr && extensions->is_object())
+            for (const auto &[name, extension] : extensions->items())
+                add(name);
+    }
+    return found;
+}
 
 class GltfReader {
   public:
@@ -73,16 +107,24 @@ class GltfReader {
         const auto is_known = [](const std::string &name) {
             return std::find(kExtensions.begin(), kExtensions.end(), name) != kExtensions.end();
         };
-        const Json *const required = document_.root("extensionsRequired"), *const used =
-                                                                               document_.root("extensionsUsed");
+        const Json *const required = document_.root("extensionsRequired");
         for (std::size_t i = 0; i < items(required); ++i)
             if (const std::string name = text_of(item(required, i)); !is_known(name))
                 return unsupported("the glTF file requires " + printable_in_quotes(name) +
                                    ", which is not read; export it without, or as PLY");
-        constexpr std::size_t kMaxNamed = 64;
-        for (std::size_t i = 0; i < std::min(items(used), kMaxNamed); ++i)
-            if (const std::string name = text_of(item(used, i)); !is_known(name))
-                drop_once(report_, "extension " + printable_in_quotes(name), "not known to PBM");
+        const Additions additions = find_additions(document_.root());
+        std::vector<std::string> known;
+        for (const std::string &name : additions.extensions)
+            if (is_known(name))
+                known.push_back(name);
+            else
+                drop_once(report_, "extension " + printable_in_quotes(name),
+                          name == "KHR_lights_punctual" ? "lights of a scan are not used; --lights chooses them"
+                                                        : "not known to PBM");
+        if (!known.empty())
+            report_.push_back({"extensions " + listed(known), Fate::kept, "known to PBM"});
+        if (additions.has_extras)
+            report_.push_back({"extras", Fate::kept, "not needed: data of other programs"});
         for (const char *unused : {"animations", "cameras"})
             if (items(document_.root(unused)) != 0)
                 drop_once(report_, unused, "PBM's models stand still");

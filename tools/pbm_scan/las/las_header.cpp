@@ -74,9 +74,9 @@ class LasHeaderReader {
         if (!is_finite(header.offset) || !is_finite(header.scale) || header.scale.x == 0 || header.scale.y == 0 ||
             header.scale.z == 0)
             return bad_input("scale or offset of the coordinates is no finite number", 131);
-        read_records(size, at<std::uint32_t>(100), header);
-        if (minor >= 4)
-            read_records_behind(at<std::uint64_t>(235), at<std::uint32_t>(243), header);
+        const std::uint32_t records = at<std::uint32_t>(100), behind = minor >= 4 ? at<std::uint32_t>(243) : 0;
+        header.lost_records = records - read_records(size, records, header);
+        header.lost_records += behind - read_records_behind(behind == 0 ? 0 : at<std::uint64_t>(235), behind, header);
         set_crs(header);
         return header;
     }
@@ -84,28 +84,32 @@ class LasHeaderReader {
   private:
     template <class T> T at(std::size_t offset) const { return load<T>(bytes_.data() + offset); }
 
-    // Variable length records, between the header and the points.
-    void read_records(std::size_t from, std::uint32_t count, LasHeader &header) {
-        for (std::uint32_t i = 0; i < count && header.first - from >= kRecordHeader; ++i) {
+    // Variable length records, between the header and the points. Returns how many of them are there.
+    std::uint32_t read_records(std::size_t from, std::uint32_t count, LasHeader &header) {
+        std::uint32_t read = 0;
+        for (; read < count && header.first - from >= kRecordHeader; ++read) {
             const std::size_t length = at<std::uint16_t>(from + 20), content = from + kRecordHeader;
             if (length > header.first - content)
-                return;
+                break;
             take_record(from, content, length, header);
             from = content + length;
         }
+        return read;
     }
 
     // Extended ones, which may lie behind the points.
-    void read_records_behind(std::uint64_t from, std::uint32_t count, LasHeader &header) {
+    std::uint32_t read_records_behind(std::uint64_t from, std::uint32_t count, LasHeader &header) {
         constexpr std::size_t kLongHeader = 60;
-        for (std::uint32_t i = 0; i < count && from <= bytes_.size() && bytes_.size() - from >= kLongHeader; ++i) {
+        std::uint32_t read = 0;
+        for (; read < count && from <= bytes_.size() && bytes_.size() - from >= kLongHeader; ++read) {
             const auto begin = static_cast<std::size_t>(from);
             const std::uint64_t length = at<std::uint64_t>(begin + 20), content = from + kLongHeader;
             if (length > bytes_.size() - content)
-                return;
+                break;
             take_record(begin, static_cast<std::size_t>(content), static_cast<std::size_t>(length), header);
             from = content + length;
         }
+        return read;
     }
 
     // A record whose header begins at `from`.
@@ -127,8 +131,9 @@ class LasHeaderReader {
             header.laz_offset = content;
         } else if (user == "copc" || user == "LAStools") {
             header.has_index = true;
-        } else if (length != 0 && !(user == "LASF_Spec" && id == kSuperseded) &&
-                   !(user == "LASF_Projection" && id == kMathTransform && length <= 1)) {
+        } else if (user == "LASF_Spec" && id == kSuperseded) {
+            header.has_superseded = true;
+        } else if (length != 0 && !(user == "LASF_Projection" && id == kMathTransform && length <= 1)) {
             const std::string name = printable(user) + " " + std::to_string(id);
             constexpr std::size_t kMaxNamed = 64;
             if (header.other_records.size() < kMaxNamed)

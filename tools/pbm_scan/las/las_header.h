@@ -32,6 +32,8 @@ struct LasHeader {
     CrsFacts crs_facts;
     std::vector<std::string> other_records; // "user 123" of records that nothing is made of
     bool has_index = false;                 // records that only say where points are
+    bool has_superseded = false;            // records that a later one replaces
+    std::uint64_t lost_records = 0;         // announced ones that are not there or cut short
     ByteView extra_bytes;                   // descriptions of the bytes behind the fields of the format; 192 bytes each
     bool is_compressed = false;             // LAZ
     ByteView laz_record;                    // what the record "laszip encoded" holds; empty without one

@@ -186,6 +186,11 @@ Result<Surface> read_las(std::span<const std::uint8_t> bytes, const ReadOptions 
     report_trailing(surface.report, records->bytes_behind(), "behind the last point");
     if (header->has_index)
         surface.report.push_back({"index of the points", Fate::kept, "not needed: all points are read"});
+    if (header->lost_records != 0)
+        surface.report.push_back(
+            {"announced records", Fate::dropped, counted(header->lost_records, "record") + " not there or cut short"});
+    if (header->has_superseded)
+        surface.report.push_back({"superseded records", Fate::kept, "not needed: others replace them"});
     if (!header->other_records.empty())
         surface.report.push_back({"records " + listed(header->other_records), Fate::dropped, "not used by PBM"});
     surface.crs = std::move(header->crs);

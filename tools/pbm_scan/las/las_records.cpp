@@ -56,7 +56,8 @@ Status LasRecords::find_records(const LasHeader &header) {
     if (header.announced > room)
         return cut_short(header.announced, room);
     // Some writers forget the count. Where nothing may stand behind the points, the file's size tells it.
-    count_ = bytes % header.stride == 0 && !header.has_records_behind ? room : header.announced;
+    const bool is_forgotten = header.announced == 0 && bytes % header.stride == 0 && !header.has_records_behind;
+    count_ = is_forgotten ? room : header.announced;
     if (!header.has_records_behind)
         bytes_behind_ = bytes - static_cast<std::size_t>(count_) * header.stride;
     records_ = slice(file_, header.first, count_ * header.stride);

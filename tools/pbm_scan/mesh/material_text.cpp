@@ -71,7 +71,7 @@ MaterialImage read_image_statement(std::string_view words, std::vector<std::stri
             image.offset = {numbers[0], numbers[1]};
         else if (name == "-clamp")
             image.is_clamped = word == "on";
-        else if (name == "-t" || name == "-mm" || name == "-imfchan")
+        else
             dropped.emplace_back(name);
     }
     image.file = trimmed(words, " \t");
@@ -83,10 +83,7 @@ double unit(double value) { return std::clamp(value, 0.0, 1.0); }
 // One statement of the current material; false if it makes no sense.
 bool read_statement(std::string_view word, std::string_view words, NamedMaterial &named,
                     std::vector<AttributeReport> &report) {
-    const auto once = [&](const char *name, Fate fate, const char *note) {
-        if (std::none_of(report.begin(), report.end(), [&](const auto &line) { return line.name == name; }))
-            report.push_back({name, fate, note});
-    };
+    const auto once = [&](const char *name, Fate fate, const char *note) { report_once(report, {name, fate, note}); };
     const std::string keyword = lower_case(word);
     Material &material = named.material;
     std::array<double, 3> three{};
@@ -121,7 +118,10 @@ bool read_statement(std::string_view word, std::string_view words, NamedMaterial
         drop_once(report, std::string(word.substr(0, 16)) + " of materials",
                   "PBM has colours of points, no other images");
     } else {
-        constexpr std::array<std::string_view, 8> kKnown{"Ka", "Ke", "Tf", "Ni", "illum", "sharpness", "bump", "refl"};
+        // Of the format and of its extensions for physically based materials.
+        constexpr std::array<std::string_view, 18> kKnown{"Ka",   "Ke",    "Tf",     "Ni",   "illum", "sharpness",
+                                                          "bump", "refl",  "Pr",     "Pm",   "Ps",    "Pc",
+                                                          "Pcr",  "aniso", "anisor", "norm", "disp",  "decal"};
         const auto *const known = std::find_if(kKnown.begin(), kKnown.end(),
                                                [&](std::string_view name) { return lower_case(name) == keyword; });
         drop_once(report,

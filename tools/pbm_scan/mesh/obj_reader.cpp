@@ -94,8 +94,11 @@ class MaterialTable {
                 found = std::find_if(named.begin(), named.end(), [&](const NamedMaterial &material) {
                     return lower_case(material.name) == lower_case(text.materials[i]);
                 });
-            if (found == named.end())
+            if (found == named.end()) {
+                if (!text.materials[i].empty())
+                    undefined_.push_back(text.materials[i]);
                 continue;
+            }
             const auto same = std::find(used_.begin(), used_.end(), found->material);
             numbers_[i] = static_cast<std::uint16_t>(same - used_.begin());
             if (same == used_.end())
@@ -107,6 +110,8 @@ class MaterialTable {
     // The default one is the first.
     const std::vector<Material> &used() const { return used_; }
     bool has_several() const { return used_.size() > 1; }
+    // Names that no file defines.
+    const std::vector<std::string> &undefined() const { return undefined_; }
     std::uint16_t number_of(std::uint16_t name) const {
         return name < numbers_.size() ? numbers_[name] : std::uint16_t{0};
     }
@@ -119,6 +124,7 @@ class MaterialTable {
     std::vector<Material> used_;
     std::vector<std::uint16_t> numbers_; // [names] of `used_`
     std::vector<MaterialImage> images_;  // [names]
+    std::vector<std::string> undefined_;
 };
 
 TextureUse use_of(Wrap wrap) { return {.wrap = {wrap, wrap}}; }
@@ -283,6 +289,9 @@ Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options) {
     });
     if (!text->texture_coordinates.empty())
         report_textures(surface);
+    if (!materials.undefined().empty())
+        surface.report.push_back({"materials " + listed(materials.undefined()), Fate::converted,
+                                  "no file defines them: the default material"});
     keep_materials(faces.materials(), materials.used(), surface);
     if (options.progress)
         options.progress(1.0);

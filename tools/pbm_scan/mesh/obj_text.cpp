@@ -15,17 +15,73 @@
 namespace pbm::build {
 namespace {
 
-// Statements with names, which may end in a backslash without continuing the line.
-constexpr std::array<std::string_view, 9> kNaming{"g",      "o",   "mtllib",     "usemtl",   "usemap",
-                                                  "maplib", "lod", "shadow_obj", "trace_obj"};
-// The other statements of the format. Based on: Alias|Wavefront. Advanced Visualizer manual, appendix B1. 1995
-constexpr std::array<std::string_view, 31> kOther{
-    "v",     "vt",   "vn",     "vp",       "f",        "fo",    "l",     "p",    "s",    "mg",   "curv",
-    "curv2", "surf", "cstype", "deg",      "bmat",     "step",  "parm",  "trim", "hole", "scrv", "sp",
-    "end",   "con",  "bevel",  "c_interp", "d_interp", "ctech", "stech", "call", "csh"};
+// The line of the report about statements that are not used.
+struct UnusedPart {
+    const char *name;
+    Fate fate;
+    const char *note;
+};
+constexpr UnusedPart kLines{"lines", Fate::dropped, "not used by PBM; their vertices are kept"},
+    kFreeForm{"free-form curves and surfaces", Fate::dropped, "PBM reads polygons; convert them"},
+    kGroups{"groups and objects", Fate::converted, "all are one surface"},
+    kDisplay{"display attributes", Fate::dropped, "not used by PBM"},
+    kMaps{"texture maps of 'usemap' and 'maplib'", Fate::dropped, "PBM uses images of materials"},
+    kCalls{"calls", Fate::dropped, "PBM reads no further statements and runs no commands"};
 
-template <std::size_t Count> bool is_one_of(std::string_view word, const std::array<std::string_view, Count> &words) {
-    return std::find(words.begin(), words.end(), word) != words.end();
+// The statements of the format. Based on: Alias|Wavefront. Advanced Visualizer manual, appendix B1. 1995
+struct Statement {
+    std::string_view keyword;
+    const UnusedPart *unused = nullptr;
+    bool has_names = false; // the line may end in a backslash without continuing
+};
+constexpr std::array kStatements = std::to_array<Statement>({
+    {"v"},
+    {"vt"},
+    {"vn"},
+    {"f"},
+    {"fo"},
+    {"s"},
+    {"p"},
+    {"mtllib", nullptr, true},
+    {"usemtl", nullptr, true},
+    {"l", &kLines},
+    {"g", &kGroups, true},
+    {"o", &kGroups, true},
+    {"vp", &kFreeForm},
+    {"mg", &kFreeForm},
+    {"curv", &kFreeForm},
+    {"curv2", &kFreeForm},
+    {"surf", &kFreeForm},
+    {"cstype", &kFreeForm},
+    {"deg", &kFreeForm},
+    {"bmat", &kFreeForm},
+    {"step", &kFreeForm},
+    {"parm", &kFreeForm},
+    {"trim", &kFreeForm},
+    {"hole", &kFreeForm},
+    {"scrv", &kFreeForm},
+    {"sp", &kFreeForm},
+    {"end", &kFreeForm},
+    {"con", &kFreeForm},
+    {"ctech", &kFreeForm},
+    {"stech", &kFreeForm},
+    {"bevel", &kDisplay},
+    {"c_interp", &kDisplay},
+    {"d_interp", &kDisplay},
+    {"lod", &kDisplay, true},
+    {"shadow_obj", &kDisplay, true},
+    {"trace_obj", &kDisplay, true},
+    {"usemap", &kMaps, true},
+    {"maplib", &kMaps, true},
+    {"call", &kCalls},
+    {"csh", &kCalls},
+});
+
+// Null: it begins no statement of OBJ.
+const Statement *statement_of(std::string_view keyword) {
+    const auto *const found = std::find_if(kStatements.begin(), kStatements.end(),
+                                           [&](const Statement &each) { return each.keyword == keyword; });
+    return found == kStatements.end() ? nullptr : found;
 }
 
 std::string_view first_word(std::string_view text) {
@@ -43,14 +99,14 @@ std::string_view with_joined_lines(std::string_view text, std::string &storage) 
     for (std::size_t line = 0; line < storage.size();) {
         std::size_t begin = line; // of the part that was joined last
         std::size_t end = std::min(storage.find('\n', line), storage.size());
-        const bool naming = is_one_of(first_word(std::string_view(storage).substr(line, end - line)), kNaming);
+        const Statement *const first = statement_of(first_word(std::string_view(storage).substr(line, end - line)));
+        const bool naming = first != nullptr && first->has_names;
         while (end < storage.size()) {
             const std::string_view part = std::string_view(storage).substr(begin, end - begin);
             const std::size_t last = part.find_last_not_of(" \t\r");
             if (last == std::string_view::npos || part[last] != '\\' || part.find('#') != std::string_view::npos)
                 break;
-            const std::string_view next = first_word(std::string_view(storage).substr(end + 1));
-            if (naming && (is_one_of(next, kNaming) || is_one_of(next, kOther)))
+            if (naming && statement_of(first_word(std::string_view(storage).substr(end + 1))) != nullptr)
                 break;
             storage[begin + last] = storage[end] = ' ';
             begin = end + 1;
@@ -265,8 +321,11 @@ class ObjParser {
             out_.colours.resize(out_.positions.size() - 1, kNoColour);
             out_.colours.emplace_back(number[3], number[4], number[5]);
         }
-        if (count == 4 || count == 5)
-            drop_once(out_.report, count == 4 ? "vertex weights" : "a fourth and a fifth number of vertices",
+        if (count > 3 && count != 6)
+            drop_once(out_.report,
+                      count == 4   ? "vertex weights"
+                      : count == 5 ? "a fourth and a fifth number of vertices"
+                                   : "further numbers of vertices",
                       "not used by PBM");
         return {};
     }
@@ -297,6 +356,8 @@ class ObjParser {
             return status;
         const glm::vec2 at(numbers.first[0], numbers.count > 1 ? numbers.first[1] : 0.0);
         out_.texture_coordinates.push_back(is_finite(glm::dvec3(at, 0.0F)) ? at : glm::vec2(0.0F));
+        if (numbers.count > 2 && numbers.first[2] != 0)
+            drop_once(out_.report, "third texture coordinates", "images have two dimensions");
         ++textures_;
         return {};
     }
@@ -400,14 +461,13 @@ class ObjParser {
                                                          ? "of further files"
                                                          : "named by " + printable_in_quotes(lines_.trimmed_rest())),
                       "no material is read from there");
-        } else if (keyword == "l")
-            drop_once(out_.report, "lines", "not used by PBM; their vertices are kept");
-        else if (keyword == "p")
-            has_points_ = true;
-        else if (keyword == "vp" || keyword.starts_with("curv") || keyword == "surf" || keyword == "cstype")
-            drop_once(out_.report, "free-form curves and surfaces", "PBM reads polygons; convert them");
-        else if (!is_one_of(keyword, kNaming) && !is_one_of(keyword, kOther) &&
-                 keyword != "\x1a") { // DOS ends files so
+        } else if (const Statement *const statement = statement_of(keyword)) {
+            has_points_ = has_points_ || keyword == "p";
+            if (const UnusedPart *const part = statement->unused; part != nullptr && part != last_unused_) {
+                report_once(out_.report, {part->name, part->fate, part->note});
+                last_unused_ = part;
+            }
+        } else if (keyword != "\x1a") { // DOS ends files so
             const bool word =
                 keyword.size() > 1 && keyword.find_first_not_of("abcdefghijklmnopqrstuvwxyz_"
                                                                 "ABCDEFGHIJKLMNOPQRSTUVWXYZ") == std::string_view::npos;
@@ -447,6 +507,7 @@ class ObjParser {
     std::uint64_t face_lines_found_ = 0, triangles_found_ = 0, material_files_ = 0, unknown_statements_ = 0;
     std::size_t numbers_ = 0; // of the last vertex
     bool has_points_ = false, open_end_ = false;
+    const UnusedPart *last_unused_ = nullptr;
     std::map<std::string, std::uint16_t> materials_; // numbers of names; kNoMaterial: too many
 };
 

@@ -16,6 +16,12 @@ namespace {
 struct OffHeader {
     bool has_normals = false, has_colours = false, has_texture = false, is_binary = false;
     std::uint64_t vertices = 0, faces = 0;
+
+    std::size_t numbers_before_colour() const { return has_normals ? 6 : 3; }
+    // Of a vertex, if a colour has `colour` of them.
+    std::size_t numbers(std::size_t colour) const {
+        return numbers_before_colour() + (has_colours ? colour : 0) + (has_texture ? 2 : 0);
+    }
 };
 
 std::string ends_early(std::uint64_t row, std::uint64_t rows) {
@@ -61,17 +67,23 @@ class OffSurface {
     }
 
     std::uint64_t vertices() const { return surface_.positions.size(); }
-    std::size_t numbers_before_colour() const { return header_.has_normals ? 6 : 3; }
+    const OffHeader &header() const { return header_; }
 
-    // `numbers`: at least numbers_before_colour() of them.
+    // `numbers`: at least OffHeader::numbers_before_colour() of them.
     void add_vertex(std::span<const double> numbers) {
         surface_.positions.emplace_back(numbers[0], numbers[1], numbers[2]);
         if (header_.has_normals)
             surface_.normals.emplace_back(numbers[3], numbers[4], numbers[5]);
-        const std::size_t colour = numbers_before_colour();
+        const std::size_t colour = header_.numbers_before_colour();
+        if (numbers.size() == colour)
+            return;
         // Colours also stand in files that do not announce them.
-        if (numbers.size() >= colour + 3 && (header_.has_colours || !header_.has_texture))
+        if (numbers.size() >= colour + 3 && (header_.has_colours || !header_.has_texture)) {
             colours_.emplace_back(numbers[colour], numbers[colour + 1], numbers[colour + 2]);
+            note_opacity(numbers.subspan(colour));
+        } else if (!header_.has_texture) {
+            drop_once(report_, "further numbers of vertices", "no colour, which has three or more");
+        }
     }
 
     // `rest`: the numbers behind the corners: none, an index into a table of colours that is not in the file, or a
@@ -86,6 +98,7 @@ class OffSurface {
             drop_once(report_, "face colours", "the vertices have colours of their own");
             return;
         }
+        note_opacity(rest);
         face_colours_.resize(surface_.positions.size(), glm::vec4(0.0F));
         for (const std::uint32_t corner : corners)
             face_colours_[corner] += glm::vec4(rest[0], rest[1], rest[2], 1);
@@ -117,6 +130,13 @@ class OffSurface {
     }
 
   private:
+    // `colour`: three numbers and what is behind them.
+    void note_opacity(std::span<const double> colour) {
+        constexpr double kOpaque = 1, kOpaqueByte = 255;
+        if (colour.size() > 3 && colour[3] != kOpaque && colour[3] != kOpaqueByte)
+            drop_once(report_, "opacity", "points are opaque");
+    }
+
     const OffHeader &header_;
     const ReadOptions &options_;
     Surface surface_;
@@ -126,9 +146,13 @@ class OffSurface {
     PolygonTriangulator triangulator_;
 };
 
+// A text with a line for each vertex and face, or with words anywhere.
 class OffText {
   public:
-    OffText(std::string_view text, const ReadOptions &options) : size_(text.size()), options_(options), lines_(text) {}
+    // `colour_numbers`: of a vertex with a colour, in a text with words anywhere, whose faces then have no colours;
+    // absent: lines divide vertices and faces.
+    OffText(std::string_view text, const ReadOptions &options, std::optional<std::size_t> colour_numbers = {})
+        : size_(text.size()), options_(options), lines_(text), colour_numbers_(colour_numbers) {}
 
     Result<Surface> run() {
         OffHeader header;
@@ -138,7 +162,7 @@ class OffText {
         const std::uint64_t rows = header.vertices + header.faces;
         bool open_end = false;
         for (std::uint64_t row = 0; row < rows; ++row) {
-            if (!lines_.next_with_words(true))
+            if (!next())
                 return lines_.refuse(ends_early(row, rows));
             if (const Status status = row < header.vertices ? vertex(out) : face(header.vertices, out); !status)
                 return status.error();
@@ -147,14 +171,24 @@ class OffText {
             if (options_.progress && (row % kReported == 0 || row + 1 == rows))
                 options_.progress(static_cast<double>(row + 1) / static_cast<double>(rows));
         }
-        const std::size_t behind = lines_.next_with_words(true) ? size_ - lines_.offset() : 0;
+        const std::size_t behind = next() ? size_ - lines_.offset() : 0;
         double number = 0;
-        if (behind != 0 && is_number(lines_.word(), number))
+        if (behind != 0 && (colour_numbers_ || is_number(lines_.word(), number)))
             return lines_.refuse("rows after the last face: the counts do not fit the file; export it again");
         return out.finish(open_end && behind == 0, behind);
     }
 
   private:
+    // Goes to the next row, or to the next word of a text with words anywhere.
+    bool next() { return colour_numbers_ ? next_word() : lines_.next_with_words(true); }
+    // Not inlined, as free_vertex: that keeps the loop over lines short.
+    [[gnu::noinline]] bool next_word() { return lines_.to_word() || lines_.next_with_words(true); }
+    std::string_view word() {
+        if (colour_numbers_)
+            next();
+        return lines_.word();
+    }
+
     Status read_header(OffHeader &header) {
         if (!lines_.next_with_words(true))
             return bad_input("the file has no OFF header");
@@ -170,12 +204,12 @@ class OffText {
         }
         std::array<std::uint64_t, 3> counts{};
         for (std::size_t i = 0; i < counts.size(); ++i) {
-            const std::string_view word = i == 0 ? first : lines_.word();
-            if (i == 2 && word.empty())
+            const std::string_view digits = i == 0 ? first : word();
+            if (i == 2 && digits.empty())
                 return lines_.refuse("expected the numbers of vertices, faces and edges");
-            const auto count = parse_all<std::uint64_t>(word);
+            const auto count = parse_all<std::uint64_t>(digits);
             if (!count)
-                return lines_.refuse(printable_in_quotes(word) + " is not a count");
+                return lines_.refuse(printable_in_quotes(digits) + " is not a count");
             counts[i] = *count;
         }
         // A vertex takes at least "0 0 0\n", a face "0\n"; the last line may lack its end.
@@ -195,12 +229,25 @@ class OffText {
 
     Status vertex(OffSurface &out) {
         Lines::Numbers numbers;
+        if (colour_numbers_)
+            return free_vertex(out);
         if (Status status = lines_.numbers(numbers); !status)
             return status;
-        if (numbers.count < out.numbers_before_colour())
+        if (numbers.count < out.header().numbers_before_colour())
             return lines_.refuse("vertex " + std::to_string(out.vertices()) + " needs " +
-                                 std::to_string(out.numbers_before_colour()) + " numbers");
+                                 std::to_string(out.header().numbers_before_colour()) + " numbers");
         out.add_vertex(span_of(numbers));
+        return {};
+    }
+
+    // Its numbers stand on any lines.
+    [[gnu::noinline]] Status free_vertex(OffSurface &out) {
+        std::array<double, 12> numbers{};
+        const std::size_t count = out.header().numbers(*colour_numbers_);
+        for (std::size_t i = 0; i < count; ++i)
+            if (!is_number(word(), numbers.at(i)))
+                return lines_.refuse("vertex " + std::to_string(out.vertices()) + " needs " + counted(count, "number"));
+        out.add_vertex(std::span(numbers).first(count));
         return {};
     }
 
@@ -210,7 +257,7 @@ class OffText {
             return lines_.refuse("a face must begin with the number of its corners");
         corners_.clear();
         while (corners_.size() < count) {
-            if (!lines_.count(corner))
+            if (!lines_.count(corner) && !(colour_numbers_ && next() && lines_.count(corner)))
                 return lines_.refuse("a face of " + std::to_string(count) +
                                      " corners ends early or has one that is no index");
             if (corner >= vertices)
@@ -218,7 +265,7 @@ class OffText {
                                      std::to_string(vertices) + " vertices");
             corners_.push_back(static_cast<std::uint32_t>(corner));
         }
-        if (!lines_.to_word()) {
+        if (!lines_.to_word() || colour_numbers_) {
             out.add_face(corners_, {});
             return {};
         }
@@ -232,8 +279,20 @@ class OffText {
     std::size_t size_;
     const ReadOptions &options_;
     Lines lines_;
+    std::optional<std::size_t> colour_numbers_;
     std::vector<std::uint32_t> corners_;
 };
+
+// By lines, as nearly all programs write it; else with words anywhere, as the format allows.
+Result<Surface> read_text(std::string_view text, const ReadOptions &options) {
+    Result<Surface> by_lines = OffText(text, options).run();
+    if (by_lines || by_lines.error().code != ErrorCode::bad_input)
+        return by_lines;
+    for (const std::size_t numbers : {4U, 3U}) // with an opacity or without
+        if (Result<Surface> by_words = OffText(text, options, numbers).run())
+            return by_words;
+    return by_lines;
+}
 
 // The rows of a binary file: big-endian floats and 32-bit integers.
 // Based on: Geomview manual, section OFF files (the encoding "BINARY")
@@ -249,8 +308,8 @@ class OffBinary {
         header.vertices = word();
         header.faces = word();
         word(); // edges
-        const std::size_t numbers =
-            (header.has_normals ? 6U : 3U) + (header.has_colours ? 4U : 0U) + (header.has_texture ? 2U : 0U);
+        constexpr std::size_t kColourNumbers = 4;
+        const std::size_t numbers = header.numbers(kColourNumbers);
         // A face takes at least its number of corners and its number of colour components.
         if (header.vertices > left() / numbers || header.faces > (left() - header.vertices * numbers) / 2)
             return bad_input(too_small(header.vertices, header.faces), at_);
@@ -352,7 +411,7 @@ Result<Surface> read_off(std::span<const std::uint8_t> bytes, const ReadOptions 
     if (const Status status = refuse_nul(text); !status)
         return status.error();
     std::string storage;
-    return OffText(with_line_feeds(text, storage), options).run();
+    return read_text(with_line_feeds(text, storage), options);
 }
 
 } // namespace pbm::build

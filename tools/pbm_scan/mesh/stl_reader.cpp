@@ -1,4 +1,5 @@
 #include "pbm_scan/mesh/mesh_reader.h"
+#include "pbm_scan/mesh/vertex_copies.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
 #include "system/bytes.h"
@@ -41,31 +42,85 @@ bool says_solid(std::span<const std::uint8_t> bytes) {
     return same_word(word, "solid");
 }
 
+constexpr std::uint16_t kNoColour = 0x8000; // of a facet
+
 // The facets of a file in either encoding.
 struct Facets {
     std::vector<glm::dvec3> corners; // three of each, all finite
     std::uint64_t dropped = 0;       // not finite
+    // Of facets: 5 bits a channel, red highest, or kNoColour; empty: no facet has one.
+    std::vector<std::uint16_t> colours;
+    std::optional<Rgb8> of_others{}; // the colour of facets without one; absent: the default colour
     std::vector<AttributeReport> report;
 };
 
-Facets read_binary(std::span<const std::uint8_t> bytes) {
-    Facets out;
+// Calls `visit` with each facet of a binary file whose corners are finite; returns how many others there are.
+template <class Visit> std::uint64_t for_facets(std::span<const std::uint8_t> bytes, const Visit &visit) {
+    std::uint64_t dropped = 0;
     const std::size_t end = kHeaderSize + kFacetSize * announced_facets(bytes);
-    out.corners.reserve(std::size_t{announced_facets(bytes)} * 3);
-    bool attributes = false;
     for (std::size_t at = kHeaderSize; at < end; at += kFacetSize) {
         const auto corners = load<std::array<float, 9>>(bytes.data() + at + 12);
-        attributes = attributes || bytes[at + 48] != 0 || bytes[at + 49] != 0;
-        if (!std::all_of(corners.begin(), corners.end(), [](float value) { return std::isfinite(value); })) {
-            ++out.dropped;
-            continue;
-        }
+        if (std::all_of(corners.begin(), corners.end(), [](float value) { return std::isfinite(value); }))
+            visit(corners, load<std::uint16_t>(bytes.data() + at + 48));
+        else
+            ++dropped;
+    }
+    return dropped;
+}
+
+// Makes colours of the attributes of facets; `are_used`: not all of them are 0. Materialise writes the colour of the
+// object into the header; facets without the top bit have their own. In VisCAM and SolidView facets with the top bit
+// have one. Other programs write other things there.
+void find_colours(std::span<const std::uint8_t> bytes, bool are_used, Facets &out) {
+    constexpr std::size_t kTextSize = 80; // of the header
+    const ByteView header = bytes.first(kTextSize);
+    const auto behind = [header](std::string_view word, std::size_t size) {
+        const std::size_t at = as_text(header).find(word);
+        const bool is_there = at != std::string_view::npos && at + word.size() + size <= header.size();
+        const ByteView content = is_there ? header.subspan(at + word.size(), size) : ByteView();
+        return std::any_of(content.begin(), content.end(), [](auto byte) { return byte != 0; }) ? content : ByteView();
+    };
+    const ByteView object = behind("COLOR=", 4); // red, green, blue, opacity
+    if (!are_used && object.empty())
+        return;
+    std::vector<std::uint16_t> attributes;
+    attributes.reserve(out.corners.size() / 3);
+    for_facets(bytes, [&](const auto & /*corners*/, std::uint16_t bits) { attributes.push_back(bits); });
+    const auto fits_viscam = [](std::uint16_t bits) { return bits == 0 || bits >= kNoColour; };
+    if (!object.empty()) {
+        for (std::uint16_t &bits : attributes)
+            bits = !are_used || bits >= kNoColour
+                       ? kNoColour
+                       : static_cast<std::uint16_t>((bits & 31) << 10 | (bits & 0x3E0) | (bits >> 10 & 31));
+        out.of_others = Rgb8{object[0], object[1], object[2]};
+        out.report.push_back({"colours", Fate::converted,
+                              are_used ? "of the object and its facets, as Materialise has them; sRGB, 5 bits to 8"
+                                       : "of the object, as Materialise has it; sRGB"});
+        if (!behind("MATERIAL=", 12).empty()) // three colours
+            drop_once(out.report, "MATERIAL= of the header", "PBM uses the colours of the object and its facets");
+    } else if (std::all_of(attributes.begin(), attributes.end(), fits_viscam)) {
+        for (std::uint16_t &bits : attributes)
+            bits = bits == 0 ? kNoColour : static_cast<std::uint16_t>(bits & ~kNoColour);
+        out.report.push_back({"colours", Fate::converted, "of facets, as VisCAM has them; sRGB, 5 bits to 8"});
+    } else {
+        drop_once(out.report, "attribute bytes", "they are no colours of Materialise or VisCAM");
+        return;
+    }
+    out.colours = std::move(attributes);
+}
+
+Facets read_binary(std::span<const std::uint8_t> bytes) {
+    Facets out;
+    const std::size_t facets = announced_facets(bytes);
+    out.corners.reserve(facets * 3);
+    unsigned any = 0;
+    out.dropped = for_facets(bytes, [&](const std::array<float, 9> &corners, std::uint16_t attributes) {
+        any |= attributes;
         for (std::size_t i = 0; i < 9; i += 3)
             out.corners.emplace_back(corners[i], corners[i + 1], corners[i + 2]);
-    }
-    if (attributes)
-        drop_once(out.report, "attribute bytes", "colours of binary STL have no agreed meaning");
-    report_trailing(out.report, bytes.size() - end, "behind the last facet");
+    });
+    find_colours(bytes, any != 0, out);
+    report_trailing(out.report, bytes.size() - kHeaderSize - kFacetSize * facets, "behind the last facet");
     return out;
 }
 
@@ -131,19 +186,25 @@ std::vector<std::uint32_t> weld(std::span<const glm::dvec3> corners, std::vector
     return numbers;
 }
 
+// A text, whose keywords begin lines, or stand anywhere (`is_free`). Names, "normal" with its numbers and "loop" are
+// passed over.
 class AsciiFacets {
   public:
-    AsciiFacets(std::string_view text, const ReadOptions &options)
-        : size_(text.size()), progress_(options.progress), lines_(text) {}
+    AsciiFacets(std::string_view text, const ReadOptions &options, bool is_free)
+        : size_(text.size()), progress_(options.progress), lines_(text), is_free_(is_free) {}
 
     Result<Facets> run() {
         bool inside = false;
-        while (lines_.next_with_words(false)) {
-            const std::string_view keyword = this->keyword();
+        while (next()) {
+            const std::string_view keyword = this->keyword(kOuter);
+            if (is_free_ && keyword.empty())
+                break; // a name was the last word
             if (same_word(keyword, "solid") && !inside) {
                 inside = true;
             } else if (same_word(keyword, "endsolid") && inside) {
                 inside = false;
+                if (!is_free_ && lines_.rest().find("facet normal") != std::string_view::npos)
+                    return lines_.refuse("another solid on the same line");
             } else if (same_word(keyword, "facet") && inside) {
                 if (const Status status = facet(); !status)
                     return status.error();
@@ -159,16 +220,42 @@ class AsciiFacets {
     }
 
   private:
-    // The first word of the line; "end" and the word behind it are one.
-    std::string_view keyword() {
+    static constexpr std::array<std::string_view, 3> kEnds{"endsolid", "endfacet", "endloop"};
+    // A name before the first facet may have words of the others.
+    static constexpr std::array<std::string_view, 4> kOuter{"solid", "endsolid", "facet", "color"};
+    static constexpr std::array<std::string_view, 8> kAll{"solid",  "endsolid", "facet",    "outer",
+                                                          "vertex", "endloop",  "endfacet", "color"};
+
+    // Goes to the next place where a keyword may stand.
+    bool next() { return (is_free_ && lines_.to_word()) || lines_.next_with_words(false); }
+
+    // The next word; "end" and the word behind it are one. In free text the next of `keywords`, or nothing.
+    std::string_view keyword(std::span<const std::string_view> keywords) {
         const std::string_view word = lines_.word();
-        if (!same_word(word, "end"))
-            return word;
-        const std::string_view what = lines_.word();
-        for (const std::string_view each : {"endsolid", "endfacet", "endloop"})
-            if (same_word(what, each.substr(word.size())))
-                return each;
-        return word;
+        return is_free_ || same_word(word, "end") ? unusual_keyword(word, keywords) : word;
+    }
+
+    // Not inlined: that keeps the usual way short.
+    [[gnu::noinline]] std::string_view unusual_keyword(std::string_view word,
+                                                       std::span<const std::string_view> keywords) {
+        for (;; word = lines_.word()) {
+            if (same_word(word, "end")) {
+                const Lines behind = lines_;
+                const std::string_view what = lines_.word();
+                const auto *const found = std::find_if(kEnds.begin(), kEnds.end(), [&](std::string_view each) {
+                    return same_word(what, each.substr(word.size()));
+                });
+                if (found != kEnds.end())
+                    word = *found;
+                else
+                    lines_ = behind;
+            }
+            const auto is_word = [word](std::string_view each) { return same_word(word, each); };
+            if (!is_free_ || std::any_of(keywords.begin(), keywords.end(), is_word))
+                return word;
+            if (!next())
+                return {};
+        }
     }
 
     Status facet() {
@@ -177,9 +264,9 @@ class AsciiFacets {
         std::size_t corner = 0;
         bool finite = true;
         for (const std::string_view expected : kLines) {
-            if (!lines_.next_with_words(false))
+            if (!next())
                 return lines_.refuse("the file ends inside a facet: it is cut short; copy or export it again");
-            const std::string_view keyword = this->keyword();
+            const std::string_view keyword = this->keyword(kAll);
             if (!same_word(keyword, expected))
                 return lines_.refuse(printable_in_quotes(keyword) + " where '" + std::string(expected) +
                                      "' belongs; STL holds triangles only");
@@ -188,7 +275,7 @@ class AsciiFacets {
             for (int i = 0; i < 3; ++i) {
                 const std::string_view word = lines_.word();
                 double value = 0;
-                if (!is_number(word, value))
+                if (!is_number(word, value) && !(is_free_ && word.empty() && next() && is_number(lines_.word(), value)))
                     return lines_.refuse(word.empty() ? "a vertex of fewer than three numbers"
                                                       : printable_in_quotes(word) + " is not a number");
                 finite = finite && std::isfinite(value);
@@ -196,6 +283,8 @@ class AsciiFacets {
             }
             ++corner;
         }
+        if (!is_free_ && lines_.to_word())
+            return lines_.refuse(printable_in_quotes(lines_.word()) + " behind 'endfacet'");
         if (!finite) {
             ++out_.dropped;
             return {};
@@ -212,8 +301,18 @@ class AsciiFacets {
     std::size_t size_;
     const std::function<void(double)> &progress_;
     Lines lines_;
+    bool is_free_;
     Facets out_;
 };
+
+// By lines, as nearly all programs write it; else as free text, which takes longer.
+Result<Facets> read_ascii(std::string_view text, const ReadOptions &options) {
+    Result<Facets> by_lines = AsciiFacets(text, options, false).run();
+    if (by_lines || by_lines.error().code != ErrorCode::bad_input)
+        return by_lines;
+    Result<Facets> by_words = AsciiFacets(text, options, true).run();
+    return by_words ? std::move(by_words) : std::move(by_lines);
+}
 
 Result<Facets> read_facets(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
     const std::int64_t behind = bytes_behind_facets(bytes);
@@ -228,7 +327,7 @@ Result<Facets> read_facets(std::span<const std::uint8_t> bytes, const ReadOption
         if (const Status status = refuse_nul(as_text(bytes)); !status)
             return status.error();
         std::string storage;
-        return AsciiFacets(with_line_feeds(as_text(bytes), storage), options).run();
+        return read_ascii(with_line_feeds(as_text(bytes), storage), options);
     }
     const auto is_of_text = [](std::uint8_t byte) { return byte >= ' ' || ends_word(static_cast<char>(byte)); };
     if (const auto head = bytes.first(std::min<std::size_t>(bytes.size(), 256));
@@ -250,6 +349,38 @@ bool is_stl(std::span<const std::uint8_t> bytes) {
     return text == "solid " || text == "solid\n" || text == "solid\r" || has_size_of_binary(bytes);
 }
 
+namespace {
+
+// The triangles of facets whose corners are these vertices. Facets of different colours share no vertex.
+void add_triangles(const std::vector<std::uint32_t> &vertices, const Facets &facets, const Rgb8 &default_colour,
+                   Surface &surface) {
+    VertexCopies copies(surface.positions.size(), !facets.colours.empty());
+    surface.triangles.reserve(vertices.size() / 3);
+    for (std::size_t i = 0; i < vertices.size(); i += 3) {
+        const std::array<std::uint32_t, 3> t{vertices[i], vertices[i + 1], vertices[i + 2]};
+        if (t[0] == t[1] || t[1] == t[2] || t[0] == t[2]) {
+            ++surface.dropped_triangles;
+            continue;
+        }
+        surface.triangles.emplace_back(t[0], t[1], t[2]);
+        if (!facets.colours.empty())
+            copies.apply(t, facets.colours[i / 3], std::span(surface.triangles).last(1));
+    }
+    for (const std::uint32_t vertex : copies.copies())
+        surface.positions.push_back(surface.positions[vertex]);
+    surface.vertex_copies = copies.copies().size();
+    surface.colours.reserve(copies.materials().size());
+    for (const std::uint16_t colour : copies.materials()) {
+        const auto channel = [colour](int shift) {
+            return static_cast<std::uint8_t>(((colour >> shift & 31) * 255 + 15) / 31);
+        };
+        surface.colours.push_back(colour < kNoColour ? Rgb8{channel(10), channel(5), channel(0)}
+                                                     : facets.of_others.value_or(default_colour));
+    }
+}
+
+} // namespace
+
 Result<Surface> read_stl(std::span<const std::uint8_t> bytes, const ReadOptions &options) {
     Result<Facets> facets = read_facets(bytes, options);
     if (!facets)
@@ -259,14 +390,7 @@ Result<Surface> read_stl(std::span<const std::uint8_t> bytes, const ReadOptions 
     surface.dropped_triangles = facets->dropped;
     const std::vector<std::uint32_t> vertices = weld(facets->corners, surface.positions);
     free_memory(facets->corners);
-    surface.triangles.reserve(vertices.size() / 3);
-    for (std::size_t i = 0; i < vertices.size(); i += 3) {
-        const glm::uvec3 t(vertices[i], vertices[i + 1], vertices[i + 2]);
-        if (t.x == t.y || t.y == t.z || t.x == t.z)
-            ++surface.dropped_triangles;
-        else
-            surface.triangles.push_back(t);
-    }
+    add_triangles(vertices, *facets, options.default_material.colour, surface);
     if (options.progress)
         options.progress(1.0);
     surface.report.push_back({"positions", Fate::kept, "equal corners welded"});

@@ -21,7 +21,7 @@ namespace {
 struct SpzHeader {
     std::uint32_t version = 0;
     std::size_t splats = 0;
-    int degree = 0, fraction_bits = 0;
+    int degree = 0, fraction_bits = 0, flags = 0;
     std::size_t streams = 0, table = 0; // of version 4
 };
 
@@ -35,7 +35,8 @@ Result<SpzHeader> read_header(ByteView bytes) {
     SpzHeader header{.version = load<std::uint32_t>(bytes.data() + 4),
                      .splats = load<std::uint32_t>(bytes.data() + 8),
                      .degree = bytes[12],
-                     .fraction_bits = bytes[13]};
+                     .fraction_bits = bytes[13],
+                     .flags = bytes[14]};
     if (header.version == 0 || header.version > 4)
         return Error{ErrorCode::unsupported_version, 4,
                      "SPZ version " + std::to_string(header.version) + "; export it as version 3, or as PLY"};
@@ -224,6 +225,8 @@ Result<Surface> read_spz(std::span<const std::uint8_t> bytes, const ReadOptions 
     surface.report.push_back({"scales, rotations", Fate::converted, kSplatShapeNote});
     if (header->degree != 0)
         surface.report.push_back({"spherical harmonics", Fate::dropped, kSplatHarmonicsNote});
+    if (header->flags != 0)
+        surface.report.push_back({"flags", Fate::dropped, "they concern how the method's own program draws splats"});
     if (Status shown = show_discs(surface, splats, options); !shown)
         return shown.error();
     report_trailing(surface.report, streams->bytes_behind, "behind the last splat");

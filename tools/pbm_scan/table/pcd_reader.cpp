@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -30,7 +29,10 @@ struct Header {
     std::string data;
     std::size_t body = 0;
     std::uint64_t body_line = 0;
+    std::uint64_t rows = 1;
     glm::dvec3 station{0};
+    std::array<double, 4> turn{1, 0, 0, 0}; // quaternion, w first
+    bool has_odd_viewpoint = false;
     std::size_t values() const { // of a point; at least three
         std::size_t count = 0;
         for (const PcdField &field : fields)
@@ -82,6 +84,7 @@ class HeaderReader {
                 header_.body = lines_.next_offset();
                 header_.body_line = lines_.number();
                 header_.points = points.value_or(width * height);
+                header_.rows = height;
                 if (points && width != 0 && *points != width * height)
                     return lines_.refuse("POINTS is not WIDTH x HEIGHT: the file is damaged");
                 if (Status made = make_fields(names, sizes, types, counts); !made)
@@ -104,8 +107,11 @@ class HeaderReader {
 
     void viewpoint() {
         Lines::Numbers numbers;
-        if (lines_.numbers(numbers) && numbers.count == 7)
-            header_.station = {numbers.first[0], numbers.first[1], numbers.first[2]};
+        header_.has_odd_viewpoint = !lines_.numbers(numbers) || numbers.count != 7;
+        if (header_.has_odd_viewpoint)
+            return;
+        header_.station = {numbers.first[0], numbers.first[1], numbers.first[2]};
+        std::copy_n(numbers.first.begin() + 3, header_.turn.size(), header_.turn.begin());
     }
 
     Status make_fields(std::vector<std::string> names, const std::vector<std::string> &sizes,
@@ -275,8 +281,6 @@ Result<std::size_t> read_ascii(std::string_view text, const Header &header, cons
                 if (!is_number(word, value))
                     return lines.refuse(word.empty() ? "a point of fewer numbers than there are fields"
                                                      : printable_in_quotes(word) + " is not a number");
-                if (field.is_packed() && field.type == 'F')
-                    value = std::bit_cast<std::uint32_t>(static_cast<float>(value));
                 table.set(i, field.role, value);
             }
         if (!lines.word().empty())
@@ -344,6 +348,12 @@ Result<Surface> read_pcd(std::span<const std::uint8_t> bytes, const ReadOptions 
             {"columns " + listed(of_no_number), Fate::kept, "they hold nothing: their COUNT is 0"});
     if (header->station != glm::dvec3(0) && add_station(surface, 0, header->station))
         surface.report.push_back({"VIEWPOINT", Fate::kept, "where the scanner stood"});
+    if (const auto &[w, x, y, z] = header->turn; x != 0 || y != 0 || z != 0)
+        surface.report.push_back({"rotation of VIEWPOINT", Fate::dropped, "points are where the file has them"});
+    if (header->has_odd_viewpoint)
+        surface.report.push_back({"VIEWPOINT", Fate::dropped, "it needs seven numbers"});
+    if (header->rows > 1)
+        surface.report.push_back({"rows and columns", Fate::converted, "to points; no surface is made of them"});
     complete_station_ids(surface);
     report_trailing(surface.report, *trailing, "behind the last point");
     if (open_end)

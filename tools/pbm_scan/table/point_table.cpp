@@ -8,7 +8,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 
 namespace pbm::build {
@@ -64,6 +67,17 @@ ColumnRole geographic_role(std::string_view name) {
 }
 
 int axis_of(ColumnRole role, ColumnRole first) { return static_cast<int>(role) - static_cast<int>(first); }
+
+// The bits of a packed colour: the low ones of a whole number, with a sign or without, and of any other number those
+// of a float, as PCL writes them.
+std::optional<std::uint32_t> packed_bits(double value) {
+    constexpr double kMaxExact = 9007199254740992; // 2^53
+    if (std::abs(value) <= kMaxExact && value == std::floor(value))
+        return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
+    if (std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max()))
+        return std::bit_cast<std::uint32_t>(static_cast<float>(value));
+    return std::nullopt;
+}
 
 // What is said of points without a colour.
 std::string black_note(std::uint64_t missing) {
@@ -180,8 +194,8 @@ void PointTable::set(std::size_t point, ColumnRole role, double value) {
     case ColumnRole::green:
     case ColumnRole::blue: colours[point][axis_of(role, ColumnRole::red)] = static_cast<float>(value); return;
     case ColumnRole::packed_colour:
-        if (value >= 0 && value <= 4294967295.0 && value == std::floor(value))
-            packed[point] = static_cast<std::uint32_t>(value);
+        if (const auto bits = packed_bits(value))
+            packed[point] = *bits;
         else
             ++missing_packed;
         return;

@@ -43,7 +43,7 @@ struct PointTable {
     std::vector<glm::vec3> normals;
     std::vector<glm::vec3> colours;    // as in the file: 0..1, 0..255 or 0..65,535 (conventions/colour_range.h)
     std::vector<std::uint32_t> packed; // 0xRRGGBB
-    std::uint64_t missing_packed = 0;  // how many of `packed` are black because the file had no whole number of 32 bits
+    std::uint64_t missing_packed = 0;  // how many of `packed` are black because the file had no finite number
     std::vector<double> intensities;
     std::vector<std::vector<double>> fields; // [kept columns][points]
 

@@ -179,11 +179,15 @@ inline bool same_word(std::string_view word, std::string_view lower) {
                       [](char a, char b) { return lower_case(a) == b; });
 }
 
+// Adds the line unless there is one of its name.
+inline void report_once(std::vector<AttributeReport> &report, AttributeReport line) {
+    const auto same = [&line](const AttributeReport &other) { return other.name == line.name; };
+    if (std::none_of(report.begin(), report.end(), same))
+        report.push_back(std::move(line));
+}
 inline void drop_once(std::vector<AttributeReport> &report, const std::string &name, std::string note,
                       Warning warning = Warning::dropped_attribute) {
-    const auto same = [&name](const AttributeReport &line) { return line.name == name; };
-    if (std::none_of(report.begin(), report.end(), same))
-        report.push_back(line_of(warning, name, std::move(note)));
+    report_once(report, line_of(warning, name, std::move(note)));
 }
 
 // Bytes that no part of the format accounts for. `behind`: what they follow, "behind the last point".
