@@ -987,6 +987,12 @@ def test_fields(display):
         check(view.vectors() == camera, "the camera moved")
         view.next_frame("key", "Tab")
         check_same_in_the_end(view, "fields.pbvg", "the colours of another field")
+        for name in ("normal", "plain"):
+            view.act("key", "n")
+            check(f"--colour-by={name}" in view.view(), f"N goes on to {name}: {view.view()}")
+            check_same_in_the_end(view, "fields.pbvg", f"the colours {name}")
+        view.act("key", "n")
+        check(not any(option.startswith("--colour-by") for option in view.view()), "N does not end at the file's own")
         check(view.quit() == 0, "Escape does not end with 0")
 
 

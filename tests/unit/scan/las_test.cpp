@@ -1,5 +1,6 @@
 // LAS files.
 #include "unit/scan/readings.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -86,6 +87,20 @@ TEST(Las, MeasurementsAreFieldsWhereTheyAreAskedFor) {
                     "intensity, return_number, number_of_returns, classification, scan_angle, point_source, gps_time"),
             "fields");
     }
+}
+
+TEST(Las, UsualFieldsLieBehindThoseThatAreAskedFor) {
+    const ReadOptions options{.fields = {"Classification"},
+                              .usual_fields = {"classification", "intensity", "return_number"}};
+    const Surface s = value_of(test::read(las(0), "scan", options));
+    EXPECT_EQ(s.field_values[0].size(), 2U);
+    EXPECT_TRUE(s.field_values[1].empty()); // it is a field already
+    ASSERT_EQ(s.field_values[2].size(), 2U);
+    EXPECT_EQ(s.field_values[2][1].number, 11);
+    EXPECT_EQ(s.field_values[3].size(), 2U);
+    EXPECT_TRUE(s.colours.empty());
+    EXPECT_EQ(note_of(s, "intensity, return_number, classification"), "fields");
+    EXPECT_EQ(surface(las(0)).colours.size(), 2U); // grey, where no field keeps the intensity
 }
 
 TEST(Las, EveryPointFormatIsRead) {
