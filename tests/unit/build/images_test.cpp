@@ -221,6 +221,88 @@ TEST(Images, TransparentTexelsCutHoles) {
     EXPECT_EQ(test::refused(surface, at_depth(6)).code, ErrorCode::bad_input);
 }
 
+// Opaque left of the middle.
+Texture half_opaque(std::uint8_t other) {
+    return texture(64, 64, [&](std::uint32_t x, auto) {
+        return x < 32 ? Texel{9, 8, 7, 255} : Texel{255, 255, 255, other};
+    });
+}
+
+std::size_t lines_named(const BuildStatistics &said, const std::string &name) {
+    return static_cast<std::size_t>(std::count_if(said.attributes.begin(), said.attributes.end(),
+                                                  [&](const AttributeReport &line) { return line.name == name; }));
+}
+
+TEST(Images, BlendedOnesCutHolesWhereTheyShowTexelsOnBothSides) {
+    constexpr std::size_t kWhole = 64 * 64;
+    Surface surface = square(half_opaque(20));
+    TextureUse &use = surface.textures.front().use;
+    use = {.wrap = {Wrap::clamp, Wrap::clamp}, .least_opacity = kUsualAlphaCutoff, .is_blended = true};
+    BuildStatistics said;
+    const std::vector<Point> points = points_of(built(surface, at_depth(6), &said));
+    EXPECT_NEAR(static_cast<double>(points.size()), kWhole / 2.0, 64);
+    for (const Point &p : points)
+        EXPECT_EQ(p.colour, (Rgb8{9, 8, 7})); // none of the colour of holes
+    EXPECT_EQ(lines_named(said, "transparent texels"), 1U);
+
+    // The same image, whose opaque half no triangle shows: glass.
+    Surface glass = surface;
+    for (TextureCorners &corners : glass.texture_corners)
+        for (glm::vec2 &corner : corners)
+            corner.x = 0.6F + 0.4F * corner.x;
+    BuildStatistics of_glass;
+    EXPECT_GE(points_of(built(glass, at_depth(6), &of_glass)).size(), kWhole);
+    EXPECT_EQ(lines_named(of_glass, "opacity of images"), 1U);
+    BuildOptions strict = at_depth(6);
+    strict.strict = true;
+    EXPECT_EQ(test::refused(glass, strict).code, ErrorCode::bad_input);
+
+    // Nothing is clear, as in lenses of changing tint.
+    Surface lens = square(half_opaque(60));
+    lens.textures.front().use = use;
+    EXPECT_GE(points_of(built(lens, at_depth(6))).size(), kWhole);
+
+    // The factor of the material makes all of it glass.
+    use.opacity = 0.4F;
+    EXPECT_GE(points_of(built(surface, at_depth(6))).size(), kWhole);
+    use.is_blended = false; // a mask
+    EXPECT_EQ(test::refused(surface, at_depth(6)).code, ErrorCode::bad_input);
+}
+
+TEST(Images, TheOptionSaysWhichTexelsAreHoles) {
+    constexpr std::size_t kWhole = 64 * 64;
+    Surface surface = square(half_opaque(100)); // an opaque material
+    BuildOptions options = at_depth(6);
+    EXPECT_GE(points_of(built(surface, options)).size(), kWhole);
+    options.alpha_cutoff = 0.3;
+    EXPECT_GE(points_of(built(surface, options)).size(), kWhole);
+    options.alpha_cutoff = 0.4;
+    EXPECT_LT(points_of(built(surface, options)).size(), kWhole * 5 / 8);
+    surface.textures.front().use.least_opacity = 0.9F; // a mask
+    options.alpha_cutoff = 0.3;
+    EXPECT_GE(points_of(built(surface, options)).size(), kWhole);
+    options.alpha_cutoff = 0;
+    surface.textures.front().use.opacity = 0.1F;
+    EXPECT_GE(points_of(built(surface, options)).size(), kWhole);
+}
+
+TEST(Images, OpacitiesOfVerticesCountWhereAnImageCuts) {
+    constexpr double kWhole = 64 * 64;
+    // 1 at the left, 0 at the right; the image has a half.
+    for (const auto &[opacity, share] : {std::pair<std::uint8_t, double>{255, 0.5}, {191, 0.333}, {160, 0.203}}) {
+        Surface surface = square(texture(8, 8, [&, alpha = opacity](auto, auto) { return Texel{9, 8, 7, alpha}; }));
+        surface.transparencies = {0, 255, 255, 0};
+        for (const int depth : {6, 2 * 4}) { // also where a voxel is much smaller than a texel
+            EXPECT_GE(static_cast<double>(points_of(built(surface, at_depth(6))).size()), kWhole);
+            Surface masked = surface;
+            masked.textures.front().use.least_opacity = 0.5F;
+            const double whole = std::ldexp(1.0, 2 * depth);
+            EXPECT_NEAR(static_cast<double>(points_of(built(masked, at_depth(depth))).size()) / whole, share, 0.03)
+                << int{opacity} << ", " << depth;
+        }
+    }
+}
+
 TEST(Images, IgnoredWithTheColoursOfPoints) {
     BuildOptions options = at_depth(6);
     options.scene.ignore_point_colours = true;

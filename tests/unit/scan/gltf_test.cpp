@@ -10,10 +10,12 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <unistd.h>
 #include <vector>
@@ -204,6 +206,65 @@ TEST(Gltf, ImagesHaveTheirPlacesAndWraps) {
     EXPECT_EQ(std::count_if(s.report.begin(), s.report.end(),
                             [](const AttributeReport &line) { return line.name == "doubleSided materials"; }),
               1);
+}
+
+// A square with a material of this mode: its image has these opacities in two texels, or it has none.
+Surface with_opacity(const json &material, std::optional<std::array<std::uint8_t, 2>> opacities,
+                     const std::vector<float> &colours = {}) {
+    Glb glb;
+    const auto positions = glb.floats(kSquare, "VEC3", 3), indices = glb.indices({0, 1, 2});
+    const auto places = glb.floats({0, 1, 1, 1, 1, 0, 0, 0}, "VEC2", 2);
+    json described = material, attributes{{"POSITION", positions}, {"TEXCOORD_0", places}};
+    if (opacities) {
+        const Bytes pixels{1, 2, 3, (*opacities)[0], 4, 5, 6, (*opacities)[1]};
+        glb.doc["images"] = {
+            {{"bufferView", glb.view(test::png_of(2, 1, PNG_FORMAT_RGBA, pixels.data()))}, {"mimeType", "image/png"}}};
+        glb.doc["textures"] = {{{"source", 0}}};
+        described["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+    }
+    if (!colours.empty())
+        attributes["COLOR_0"] = glb.floats(colours, "VEC4", 4);
+    glb.doc["materials"] = {described};
+    glb.show({{{"attributes", attributes}, {"indices", indices}, {"material", 0}}});
+    return surface(glb);
+}
+
+TEST(Gltf, OpacitiesAreThoseOfFactorImageAndVertices) {
+    const std::vector<float> fading{1, 1, 1, 1, 1, 1, 1, 0, 1, 1, 1, 0.5F, 1, 1, 1, 1};
+    const json faint{{"baseColorFactor", {1, 1, 1, 0.4}}}, opaque = json::object();
+    const auto mask = [](const json &metallic, double cutoff) {
+        return json{{"alphaMode", "MASK"}, {"alphaCutoff", cutoff}, {"pbrMetallicRoughness", metallic}};
+    };
+    const Surface of_image = with_opacity(mask(faint, 0.3), {{255, 100}}, fading);
+    ASSERT_EQ(of_image.textures.size(), 1U);
+    EXPECT_EQ(of_image.textures[0].use.least_opacity, 0.3F);
+    EXPECT_EQ(of_image.textures[0].use.opacity, 0.4F);
+    EXPECT_FALSE(of_image.textures[0].use.is_blended);
+    EXPECT_EQ(of_image.transparencies, (Bytes{0, 255, 127, 0}));
+    // Without an image: an opacity alone.
+    for (const Surface &plain : {with_opacity(mask(faint, 0.5), {}), with_opacity(mask(opaque, 0.5), {}, fading)}) {
+        ASSERT_EQ(plain.textures.size(), 1U);
+        EXPECT_EQ(plain.texture_ids, (std::vector<std::uint16_t>{0}));
+        EXPECT_EQ(plain.textures[0].texels, (std::vector<std::array<std::uint8_t, 4>>{{255, 255, 255, 255}}));
+        EXPECT_EQ(plain.textures[0].use.least_opacity, 0.5F);
+    }
+    EXPECT_TRUE(with_opacity(mask(faint, 0.3), {}).textures.empty());
+    EXPECT_TRUE(with_opacity(mask(opaque, 0.5), {}).textures.empty());
+    // Other modes.
+    const json blend{{"alphaMode", "BLEND"}, {"pbrMetallicRoughness", opaque}};
+    const Surface blended = with_opacity(blend, {{255, 0}}, fading);
+    EXPECT_TRUE(blended.textures[0].use.is_blended);
+    EXPECT_EQ(blended.textures[0].use.least_opacity, kUsualAlphaCutoff);
+    EXPECT_FALSE(blended.transparencies.empty());
+    const Surface glass = with_opacity(blend, {}, fading);
+    EXPECT_TRUE(glass.textures.empty());
+    const Surface ignored = with_opacity({{"pbrMetallicRoughness", opaque}}, {{255, 0}}, fading);
+    EXPECT_EQ(ignored.textures[0].use.least_opacity, 0);
+    EXPECT_TRUE(ignored.transparencies.empty());
+    // The old kind of materials.
+    json glossy{{"alphaMode", "MASK"}};
+    glossy["extensions"]["KHR_materials_pbrSpecularGlossiness"]["diffuseFactor"] = {1, 1, 1, 0.2};
+    EXPECT_EQ(with_opacity(glossy, {}).textures.size(), 1U);
 }
 
 TEST(Gltf, SparseQuantisedAndInterleavedAccessors) {

@@ -128,6 +128,45 @@ TEST_F(ImageInputs, APlyHasPlacesOfVerticesOrOfCorners) {
     EXPECT_EQ(of_corners.textures[1].texels[0][0], 20);
 }
 
+TEST_F(ImageInputs, TheOpacityOfAnObjHasImagesOfItsOwn) {
+    write("scan.obj", "mtllib scan.mtl\nusemtl a\n" + kQuad + "f 1/1 2/2 3/3 4/4\n");
+    const auto write_pixels = [&](const char *name, std::uint32_t width, std::uint32_t format, const Bytes &pixels) {
+        const Bytes png = test::png_of(width, 1, format, pixels.data());
+        write(name, std::string(png.begin(), png.end()));
+    };
+    write_pixels("colour.png", 1, PNG_FORMAT_RGB, {10, 20, 30});
+    write_pixels("grey.png", 2, PNG_FORMAT_GRAY, {0, 200});
+    write_pixels("leaf.png", 2, PNG_FORMAT_RGBA, {1, 2, 3, 0, 4, 5, 6, 255});
+    using Texels = std::vector<std::array<std::uint8_t, 4>>;
+    const auto texels_of = [&](const std::string &statements, bool cuts = true) {
+        write("scan.mtl", "newmtl a\nKd 1 0 0\n" + statements);
+        const Surface s = read("scan.obj");
+        EXPECT_EQ(s.textures.size(), 1U) << statements;
+        if (s.textures.size() != 1)
+            return Texels{};
+        EXPECT_EQ(s.textures[0].use.least_opacity, cuts ? kUsualAlphaCutoff : 0.0F) << statements;
+        EXPECT_EQ(s.textures[0].use.is_blended, cuts) << statements;
+        return s.textures[0].texels;
+    };
+    const Texels leaf{{1, 2, 3, 0}, {4, 5, 6, 255}};
+    EXPECT_EQ(texels_of("map_Kd leaf.png\nmap_d leaf.png\n"), leaf);
+    EXPECT_EQ(texels_of("map_Kd leaf.png\nmap_Tr leaf.png\n"), (Texels{{1, 2, 3, 255}, {4, 5, 6, 0}}));
+    // The brightness of an image without opacity; the larger size.
+    EXPECT_EQ(texels_of("map_Kd colour.png\nmap_d grey.png\n"), (Texels{{10, 20, 30, 0}, {10, 20, 30, 200}}));
+    EXPECT_EQ(texels_of("map_d leaf.png\nmap_Kd colour.png\n"), (Texels{{10, 20, 30, 0}, {10, 20, 30, 255}}));
+    EXPECT_EQ(texels_of("map_d grey.png\n"), (Texels{{255, 0, 0, 0}, {255, 0, 0, 200}}));
+    // What says nothing.
+    EXPECT_EQ(texels_of("map_Kd leaf.png\n", false), leaf);
+    EXPECT_EQ(texels_of("map_Kd colour.png\nmap_d colour.png\n", false), (Texels{{10, 20, 30, 255}}));
+    EXPECT_EQ(texels_of("map_Kd colour.png\nmap_d none.png\n", false), (Texels{{10, 20, 30, 255}}));
+    EXPECT_EQ(texels_of("map_Kd colour.png\nmap_d -s 2 2 grey.png\n", false), (Texels{{10, 20, 30, 255}}));
+    EXPECT_EQ(note_of(read("scan.obj"), "map_d of materials"), "dropped: it does not lie as map_Kd does");
+
+    write("scan.mtl", "newmtl a\nd 0.25\nmap_Kd leaf.png\nmap_d leaf.png\n");
+    EXPECT_EQ(read("scan.obj").textures[0].use.opacity, 0.25F);
+    EXPECT_EQ(further("scan.obj"), (std::vector<std::string>{"scan.mtl", "leaf.png", "leaf.png"}));
+}
+
 TEST_F(ImageInputs, DamagedImagesAreDroppedAndStrictRefuses) {
     write("scan.mtl", "newmtl a\nmap_Kd a.png\n");
     write("scan.obj", "mtllib scan.mtl\nusemtl a\n" + kQuad + "f 1/1 2/2 3/3\n");

@@ -56,6 +56,15 @@ std::string positive(const std::string &text) {
     return value && *value > 0 && std::isfinite(*value) ? "" : "Value " + text + " is not a positive number";
 }
 
+Result<double> alpha_cutoff(const std::string &text) {
+    if (text == "none")
+        return 0.0;
+    const auto value = parse_all<double>(text);
+    if (!value || !(*value >= 0 && *value <= 1))
+        return usage("Value " + text + " is neither none nor a number of 0 to 1");
+    return *value;
+}
+
 std::string angle(const std::string &text) {
     const auto value = parse_all<double>(text);
     return value && *value >= 0 && *value <= 180 ? "" : "Value " + text + " is not an angle of 0 to 180 degrees";
@@ -366,6 +375,10 @@ void add_mesh_options(CommandLine &line, Arguments &arguments) {
     line.add("--crease-angle",
              "Degrees from which on an edge is sharp, 0..180; default by shape: scans 75, constructed 44, STL 0",
              &options.crease_angle, {.check = angle});
+    line.add("--alpha-cutoff",
+             "Texels with a smaller opacity are no surface, 0..1; none: all are; default: as materials say",
+             command_line::stored(alpha_cutoff, options.alpha_cutoff),
+             {.type = "N|none", .check = command_line::readable(alpha_cutoff)});
 }
 
 void add_grid_options(CommandLine &line, Arguments &arguments) {

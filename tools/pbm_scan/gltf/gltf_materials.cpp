@@ -76,7 +76,7 @@ std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use
     return resource ? images_.of_bytes(key, resource->bytes(), use) : drop(resource.error().message);
 }
 
-void GltfMaterials::read_image(const Json &used, float least_opacity, GltfMaterial &material) {
+void GltfMaterials::read_image(const Json &used, GltfMaterial &material) {
     const Json *const texture = item(document_.root("textures"), index_of(&used, "index").value_or(~std::size_t{0}));
     if (texture == nullptr)
         return;
@@ -94,13 +94,21 @@ void GltfMaterials::read_image(const Json &used, float least_opacity, GltfMateri
     const Json *const sampler =
         item(document_.root("samplers"), index_of(texture, "sampler").value_or(~std::size_t{0}));
     material.has_image = true;
-    material.texture = load_image(*source, {.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")},
-                                            .is_tinted = true,
-                                            .least_opacity = least_opacity});
+    TextureUse use{.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")}, .is_tinted = true};
+    if (material.is_cut) {
+        use.is_blended = material.cutoff == 0;
+        use.least_opacity = use.is_blended ? kUsualAlphaCutoff : material.cutoff;
+        use.opacity = material.factor.w;
+    }
+    material.texture = load_image(*source, use);
     const Json *const transform = member(member(&used, "extensions"), "KHR_texture_transform");
     material.transform = transform_of(transform);
     const auto set = index_of(transform, "texCoord");
     material.coordinates = "TEXCOORD_" + std::to_string(set ? *set : index_of(&used, "texCoord").value_or(0));
+}
+
+std::uint16_t GltfMaterials::plain_image(const GltfMaterial &material) {
+    return images_.of_texel({.is_tinted = true, .least_opacity = material.cutoff, .opacity = material.factor.w});
 }
 
 const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
@@ -144,14 +152,13 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
         made.material.environment = static_cast<float>(0.4 * metal * (1 - rough));
     }
     const std::string mode = text_of(described, "alphaMode");
-    constexpr double kUsualCutoff = 0.5, kMinFactor = 1e-3;
-    const double cutoff = std::clamp(number_of(described, "alphaCutoff", kUsualCutoff), 0.0, 1.0) /
-                          std::max(kMinFactor, static_cast<double>(made.factor.w));
+    if (mode == "MASK")
+        made.cutoff = static_cast<float>(std::clamp<double>(number_of(described, "alphaCutoff", kUsualAlphaCutoff), 0, 2));
+    made.is_cut = mode == "BLEND" || made.cutoff > 0;
     const Json *const emissive = emission != nullptr ? member(described, "emissiveTexture") : nullptr;
     if (image != nullptr || emissive != nullptr)
-        read_image(image != nullptr ? *image : *emissive,
-                   mode == "MASK" ? static_cast<float>(std::min(cutoff, 1.0)) : 0, made);
-    if (mode == "BLEND" || (mode == "MASK" && !made.has_image))
+        read_image(image != nullptr ? *image : *emissive, made);
+    if (mode == "BLEND" && !made.has_image)
         drop_once(report_, "opacity of materials (" + mode + ")", "points are opaque");
     if (is_true(member(described, "doubleSided")) && !std::exchange(has_double_sided_, true))
         report_.push_back({"doubleSided materials", Fate::kept, "as all open surfaces, they are seen from both sides"});

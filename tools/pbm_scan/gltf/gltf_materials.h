@@ -18,6 +18,8 @@ namespace pbm::build {
 struct GltfMaterial {
     Material material;      // its colour is that of `factor`
     glm::vec4 factor{1};    // linear
+    float cutoff = 0;       // opacities below it are no surface, where alphaMode is MASK; 0: all are
+    bool is_cut = false;    // alphaMode is MASK or BLEND
     bool has_image = false; // of the base colour; it may turn out that it cannot be read
     std::uint16_t texture = Surface::kNoTexture;
     std::string coordinates = "TEXCOORD_0";
@@ -33,9 +35,11 @@ class GltfMaterials {
 
     // The material of this number; absent: the default one.
     const GltfMaterial &get(std::optional<std::size_t> index);
+    // The number of an image that holds nothing but the opacity of this material.
+    std::uint16_t plain_image(const GltfMaterial &material);
 
   private:
-    void read_image(const Json &texture, float least_opacity, GltfMaterial &material);
+    void read_image(const Json &texture, GltfMaterial &material);
     std::uint16_t load_image(std::size_t image, const TextureUse &use);
 
     GltfDocument &document_;

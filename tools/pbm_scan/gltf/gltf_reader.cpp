@@ -211,19 +211,37 @@ class GltfReader {
         surface_.two_sided.resize(surface_.positions.size(), 1);
     }
 
+    static bool is_faded(const GltfPrimitive &primitive) {
+        for (std::size_t i = 3; i < primitive.colours.size(); i += 4)
+            if (primitive.colours[i] < 1)
+                return true;
+        return false;
+    }
+
+    // Whether a material without an image cuts parts of the primitive away.
+    static bool needs_plain_image(const GltfPrimitive &primitive) {
+        const GltfMaterial &material = *primitive.material;
+        return !primitive.is_points && primitive.places.empty() && material.cutoff > 0 &&
+               (material.factor.w < material.cutoff || is_faded(primitive));
+    }
+
     void add_triangles(const GltfPrimitive &primitive, std::size_t first, bool is_mirrored) {
+        const bool is_plain = needs_plain_image(primitive);
+        const std::uint16_t plain = is_plain ? materials_.plain_image(*primitive.material) : Surface::kNoTexture;
+        has_colours_ = has_colours_ || is_plain;
         for (const glm::uvec3 &t : primitive.triangles) {
             const glm::uvec3 moved = t + static_cast<std::uint32_t>(first);
             surface_.triangles.push_back(is_mirrored ? glm::uvec3(moved.x, moved.z, moved.y) : moved);
             TextureCorners corners{};
             const bool is_textured = !primitive.places.empty();
+            has_places_ = has_places_ || is_textured;
             for (int corner = 0; corner < 3 && is_textured; ++corner) {
                 const std::size_t vertex = t[is_mirrored && corner != 0 ? 3 - corner : corner];
                 const glm::vec3 place(primitive.places[2 * vertex], primitive.places[2 * vertex + 1], 1);
                 corners[static_cast<std::size_t>(corner)] = glm::vec2(primitive.material->transform * place);
             }
-            set_texture(surface_, surface_.triangles.size() - 1,
-                        is_textured ? primitive.material->texture : Surface::kNoTexture, corners);
+            set_texture(surface_, surface_.triangles.size() - 1, is_textured ? primitive.material->texture : plain,
+                        corners);
         }
         surface_.dropped_triangles += primitive.degenerate;
     }
@@ -247,6 +265,15 @@ class GltfReader {
             }
             surface_.colours.push_back(colour);
         }
+        if (material.is_cut && is_faded(primitive)) {
+            surface_.transparencies.resize(first, 0);
+            constexpr float kOpaque = 255;
+            for (std::size_t i = 3; i < primitive.colours.size(); i += 4) {
+                const float opacity = primitive.colours[i] > 0 ? std::min(primitive.colours[i], 1.0F) : 0;
+                surface_.transparencies.push_back(
+                    static_cast<std::uint8_t>(kOpaque - std::floor(opacity * kOpaque + 0.5F)));
+            }
+        }
         has_vertex_colours_ = has_vertex_colours_ || (!primitive.colours.empty() && primitive.radii.empty());
         // A material without image or factor has the default colour, not white.
         has_factor_ = has_factor_ || material.factor != glm::vec4(1);
@@ -259,6 +286,8 @@ class GltfReader {
             surface_.radii.resize(surface_.positions.size(), 0.0F);
             surface_.two_sided.resize(surface_.positions.size(), 0);
         }
+        if (!surface_.transparencies.empty())
+            surface_.transparencies.resize(surface_.positions.size(), 0);
         finish_materials();
         const auto kept = [&](const char *name, const char *note) {
             surface_.report.push_back({name, Fate::kept, note});
@@ -276,7 +305,7 @@ class GltfReader {
             kept("NORMAL", "normals");
         if (has_vertex_colours_)
             surface_.report.push_back({"COLOR_0", Fate::converted, "sRGB, 8 bits, times the material's factor"});
-        if (!surface_.texture_ids.empty())
+        if (has_places_ && !surface_.texture_ids.empty())
             report_textures(surface_);
         surface_.report.insert(surface_.report.end(), report_.begin(), report_.end());
         return finished(std::move(surface_), options_);
@@ -314,7 +343,7 @@ class GltfReader {
     GltfPrimitives primitives_;
     std::vector<std::uint16_t> materials_of_; // [vertices]
     bool has_colours_ = false, has_vertex_colours_ = false, has_factor_ = false, has_normals_ = false,
-         has_skins_ = false;
+         has_skins_ = false, has_places_ = false;
 };
 
 } // namespace

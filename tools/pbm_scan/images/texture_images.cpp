@@ -19,6 +19,49 @@ std::string orientation_note(std::uint8_t orientation) {
     return orientation == 1 ? "" : "; its orientation (" + std::to_string(orientation) + ") is not applied";
 }
 
+Result<Texture> read_file(const std::string &path) {
+    const Result<MappedFile> file = MappedFile::open(path);
+    if (!file)
+        return file.error();
+    return read_image(file->bytes());
+}
+
+Texture one_texel(const std::array<std::uint8_t, 4> &texel) { return {.width = 1, .height = 1, .texels = {texel}}; }
+
+TextureUse without_holes(TextureUse use) {
+    use.least_opacity = 0;
+    use.is_blended = false;
+    return use;
+}
+
+// Gives `image` the opacity that another image says: its own, or its brightness if it is opaque. False, and nothing
+// changed: that is the same image, and opaque; or both together are too large.
+bool take_opacity(Texture &image, const Texture &opacity, bool is_inverted, bool is_same) {
+    const bool has_opacity =
+        std::any_of(opacity.texels.begin(), opacity.texels.end(), [](const auto &texel) { return texel[3] != 255; });
+    const std::uint32_t width = std::max(image.width, opacity.width), height = std::max(image.height, opacity.height);
+    if ((is_same && !has_opacity) || std::uint64_t{width} * height > kMaxTextureTexels)
+        return false;
+    std::vector<std::array<std::uint8_t, 4>> texels;
+    texels.reserve(std::size_t{width} * height);
+    for (std::uint64_t y = 0; y < height; ++y)
+        for (std::uint64_t x = 0; x < width; ++x) {
+            const auto at = [&](const Texture &from) {
+                return from.texels[y * from.height / height * from.width + x * from.width / width];
+            };
+            std::array<std::uint8_t, 4> texel = at(image);
+            const std::array<std::uint8_t, 4> other = at(opacity);
+            const auto brightness = static_cast<std::uint8_t>((other[0] + other[1] + other[2]) / 3);
+            texel[3] = has_opacity ? other[3] : brightness;
+            texel[3] = is_inverted ? static_cast<std::uint8_t>(255 - texel[3]) : texel[3];
+            texels.push_back(texel);
+        }
+    image.texels = std::move(texels);
+    image.width = width;
+    image.height = height;
+    return true;
+}
+
 } // namespace
 
 std::uint16_t TextureImages::of_file(const std::string &path, const TextureUse &use) {
@@ -35,22 +78,61 @@ std::uint16_t TextureImages::of_bytes(const std::string &name, ByteView bytes, c
     return known != numbers_.end() ? known->second : add(std::move(key), bytes);
 }
 
+std::uint16_t TextureImages::of_files(const std::string &path, const Rgb8 &colour, const OpacityFile &opacity,
+                                      const TextureUse &use) {
+    const std::string tint =
+        std::to_string(colour[0]) + " " + std::to_string(colour[1]) + " " + std::to_string(colour[2]);
+    Key key{opacity.path + (opacity.is_inverted ? "\n-\n" : "\n") + tint + "\n" + path, use};
+    if (const auto known = numbers_.find(key); known != numbers_.end())
+        return known->second;
+    Result<Texture> of_opacity = read_file(opacity.path);
+    if (!of_opacity) {
+        drop(Key(opacity.path, use), of_opacity.error().message);
+        return path.empty() ? Surface::kNoTexture : of_file(path, without_holes(use));
+    }
+    const bool is_same = path == opacity.path;
+    Result<Texture> image = path.empty() ? one_texel({colour[0], colour[1], colour[2], 255})
+                            : is_same    ? *of_opacity
+                                         : read_file(path);
+    if (!image)
+        return drop(Key(path, use), image.error().message);
+    if (!take_opacity(*image, *of_opacity, opacity.is_inverted, is_same))
+        key.second = without_holes(use);
+    key.first = path.empty() ? opacity.path : path; // for the report
+    const std::uint16_t number = add(key, std::move(*image));
+    numbers_.emplace(Key{opacity.path + (opacity.is_inverted ? "\n-\n" : "\n") + tint + "\n" + path, use}, number);
+    return number;
+}
+
+std::uint16_t TextureImages::of_texel(const TextureUse &use) {
+    Key key{"", use};
+    if (const auto known = numbers_.find(key); known != numbers_.end())
+        return known->second;
+    if (surface_.textures.size() == Surface::kNoTexture)
+        return Surface::kNoTexture;
+    surface_.textures.push_back(one_texel({255, 255, 255, 255}));
+    surface_.textures.back().use = use;
+    return numbers_.emplace(std::move(key), static_cast<std::uint16_t>(surface_.textures.size() - 1)).first->second;
+}
+
 std::uint16_t TextureImages::add(Key key, ByteView bytes) {
+    Result<Texture> texture = read_image(bytes);
+    return texture ? add(std::move(key), std::move(*texture)) : drop(key, texture.error().message);
+}
+
+std::uint16_t TextureImages::add(Key key, Texture texture) {
     if (surface_.textures.size() == Surface::kNoTexture)
         return drop(key, "more images than can be numbered");
-    Result<Texture> texture = read_image(bytes);
-    if (!texture)
-        return drop(key, texture.error().message);
-    bytes_ += 4 * texture->texels.size();
+    bytes_ += 4 * texture.texels.size();
     if (bytes_ > kMaxBytes)
         return drop(key, "the images need more than 8 GiB; make them smaller");
-    texture->use = key.second;
+    texture.use = key.second;
     report_.push_back({line_name(key.first), Fate::converted,
-                       std::to_string(texture->width) + " x " + std::to_string(texture->height) +
+                       std::to_string(texture.width) + " x " + std::to_string(texture.height) +
                            ", to colours of points" +
-                           (texture->has_stray_bytes ? "; bytes that belong to no part of the image left out" : "") +
-                           orientation_note(texture->orientation)});
-    surface_.textures.push_back(std::move(*texture));
+                           (texture.has_stray_bytes ? "; bytes that belong to no part of the image left out" : "") +
+                           orientation_note(texture.orientation)});
+    surface_.textures.push_back(std::move(texture));
     const auto number = static_cast<std::uint16_t>(surface_.textures.size() - 1);
     numbers_.emplace(std::move(key), number);
     return number;

@@ -12,6 +12,12 @@
 
 namespace pbm::build {
 
+// An image that is the opacity of another one.
+struct OpacityFile {
+    std::string path;
+    bool is_inverted = false; // its white is transparent
+};
+
 // Reads each image once, when it is first used. One that cannot be read is reported as dropped, and has the number
 // Surface::kNoTexture.
 class TextureImages {
@@ -21,6 +27,13 @@ class TextureImages {
 
     // The number of the image of a file in Surface::textures.
     std::uint16_t of_file(const std::string &path, const TextureUse &use);
+    // The same of an image whose opacity has a file of its own: that is the opacity of the second image, or its
+    // brightness if it is opaque. The result is as large as the larger of both. An empty `path` is one texel of
+    // `colour`. Where the second one cannot be read, or says nothing that the first does not, the image cuts no holes.
+    std::uint16_t of_files(const std::string &path, const Rgb8 &colour, const OpacityFile &opacity,
+                           const TextureUse &use);
+    // The same of one white texel, which the report does not name.
+    std::uint16_t of_texel(const TextureUse &use);
     // The same of bytes in memory; `name` identifies them.
     std::uint16_t of_bytes(const std::string &name, ByteView bytes, const TextureUse &use);
 
@@ -30,6 +43,7 @@ class TextureImages {
 
     using Key = std::pair<std::string, TextureUse>;
     std::uint16_t add(Key key, ByteView bytes);
+    std::uint16_t add(Key key, Texture texture);
     std::uint16_t drop(const Key &key, const std::string &why);
 
     Surface &surface_;

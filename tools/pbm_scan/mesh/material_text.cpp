@@ -107,11 +107,13 @@ bool read_statement(std::string_view word, std::string_view words, NamedMaterial
     } else if (keyword == "d" || keyword == "tr") {
         if (!read_numbers(words, {&one, 1}))
             return false;
+        named.opacity = static_cast<float>(unit(keyword == "d" ? one : 1 - one));
         if (one != (keyword == "d" ? 1 : 0))
             once("opacity of materials", Fate::dropped, "points are opaque");
-    } else if (keyword == "map_kd") {
+    } else if (keyword == "map_kd" || keyword == "map_d" || keyword == "map_tr") {
         std::vector<std::string> dropped;
-        named.image = read_image_statement(words, dropped);
+        (keyword == "map_kd" ? named.image : named.opacity_image) = read_image_statement(words, dropped);
+        named.is_opacity_inverted = keyword == "map_kd" ? named.is_opacity_inverted : keyword == "map_tr";
         for (const std::string &option : dropped)
             drop_once(report, "option " + option + " of images", "not used by PBM");
     } else if (keyword.starts_with("map_")) {
@@ -143,7 +145,7 @@ void read_materials(std::string_view text, const Material &default_material, std
         const std::size_t space = std::min(line.find_first_of(" \t"), line.size());
         const std::string_view keyword = line.substr(0, space), rest = trimmed(line.substr(space), " \t");
         if (same_word(keyword, "newmtl"))
-            materials.push_back({std::string(rest), default_material, {}});
+            materials.push_back({.name = std::string(rest), .material = default_material});
         else if (!keyword.empty() && !keyword.starts_with('#') && materials.size() > first &&
                  !read_statement(keyword, rest, materials.back(), report))
             drop_once(report, std::string(keyword) + " of materials without numbers", "not understood");

@@ -15,7 +15,8 @@ namespace pbm::build {
 // Larger material files are not read.
 inline constexpr std::size_t kMaxMaterialBytes = std::size_t{1} << 20;
 
-// An image of a material (`map_Kd`), and how it lies on the surface: place in the image = `scale` x texture coordinates
+// An image of a material (`map_Kd`, `map_d`), and how it lies on the surface: place in the image = `scale` x texture
+// coordinates
 // + `offset`.
 struct MaterialImage {
     std::string file; // as named; empty: no image
@@ -28,6 +29,9 @@ struct NamedMaterial {
     std::string name;
     Material material;
     MaterialImage image{};
+    MaterialImage opacity_image{};
+    bool is_opacity_inverted = false; // white is transparent: `map_Tr`
+    float opacity = 1;                // `d`, 1 - `Tr`
 };
 
 // Appends the materials of a file to `materials`, and a line to `report` for each statement that is not kept as it is.
@@ -35,6 +39,7 @@ struct NamedMaterial {
 //   Ks  ks, the mean of its channels
 //   Ns  power, 1..1024
 //   map_Kd  the image, with -o, -s and -clamp
+//   map_d, map_Tr  the image of the opacity, likewise
 // Values that the file does not set are those of `default_material`. Statements that make no sense are dropped.
 void read_materials(std::string_view text, const Material &default_material, std::vector<NamedMaterial> &materials,
                     std::vector<AttributeReport> &report);

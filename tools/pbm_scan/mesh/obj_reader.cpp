@@ -52,6 +52,21 @@ struct MaterialFiles {
     std::vector<AttributeReport> report;
 };
 
+// One place in both images belongs to a point of the surface.
+void lay_alike(NamedMaterial &material, std::vector<AttributeReport> &report) {
+    MaterialImage &image = material.image, &opacity = material.opacity_image;
+    if (opacity.file.empty())
+        return;
+    if (image.file.empty()) {
+        image = opacity;
+        image.file.clear();
+    }
+    if (image.scale == opacity.scale && image.offset == opacity.offset && image.is_clamped == opacity.is_clamped)
+        return;
+    opacity.file.clear();
+    drop_once(report, "map_d of materials", "it does not lie as map_Kd does");
+}
+
 // Reads each material file once; skips those that are too large. Images that do not exist are named.
 MaterialFiles read_material_files(std::span<const NamedFile> files, const Material &default_material) {
     MaterialFiles found;
@@ -67,15 +82,19 @@ MaterialFiles read_material_files(std::span<const NamedFile> files, const Materi
             continue;
         const std::size_t first = found.materials.size();
         read_materials(as_text(text->bytes), default_material, found.materials, found.report);
-        for (std::size_t i = first; i < found.materials.size(); ++i) {
-            std::string &image = found.materials[i].image.file;
+        const auto find = [&](std::string &image) {
             if (image.empty())
-                continue;
+                return;
             found.images.push_back(name_beside(file, image));
             if (found.images.back().file.empty())
                 drop_once(found.report, "texture image " + printable_in_quotes(image), why_missing(image),
                           Warning::missing_image);
             image = found.images.back().file;
+        };
+        for (std::size_t i = first; i < found.materials.size(); ++i) {
+            find(found.materials[i].image.file);
+            find(found.materials[i].opacity_image.file);
+            lay_alike(found.materials[i], found.report);
         }
     }
     return found;
@@ -85,7 +104,7 @@ MaterialFiles read_material_files(std::span<const NamedFile> files, const Materi
 class MaterialTable {
   public:
     MaterialTable(const ObjText &text, const std::vector<NamedMaterial> &named, const Material &default_material)
-        : used_{default_material}, numbers_(text.materials.size(), 0), images_(text.materials.size()) {
+        : used_{default_material}, numbers_(text.materials.size(), 0), looks_(text.materials.size()) {
         for (std::size_t i = 0; i < text.materials.size(); ++i) {
             auto found = std::find_if(named.begin(), named.end(), [&](const NamedMaterial &material) {
                 return material.name == text.materials[i];
@@ -103,7 +122,7 @@ class MaterialTable {
             numbers_[i] = static_cast<std::uint16_t>(same - used_.begin());
             if (same == used_.end())
                 used_.push_back(found->material);
-            images_[i] = found->image;
+            looks_[i] = *found;
         }
     }
 
@@ -115,15 +134,17 @@ class MaterialTable {
     std::uint16_t number_of(std::uint16_t name) const {
         return name < numbers_.size() ? numbers_[name] : std::uint16_t{0};
     }
-    // Null: none.
-    const MaterialImage *image_of(std::uint16_t name) const {
-        return name < images_.size() && !images_[name].file.empty() ? &images_[name] : nullptr;
+    // The one that has an image, of its colours or of its opacity. Null: it has none.
+    const NamedMaterial *with_image(std::uint16_t name) const {
+        const bool has_image =
+            name < looks_.size() && !(looks_[name].image.file.empty() && looks_[name].opacity_image.file.empty());
+        return has_image ? &looks_[name] : nullptr;
     }
 
   private:
     std::vector<Material> used_;
     std::vector<std::uint16_t> numbers_; // [names] of `used_`
-    std::vector<MaterialImage> images_;  // [names]
+    std::vector<NamedMaterial> looks_;   // [names]
     std::vector<std::string> undefined_;
 };
 
@@ -170,10 +191,20 @@ class ObjFaces {
   private:
     void select(std::uint16_t name) {
         material_ = materials_.number_of(name);
-        image_ = materials_.image_of(name);
-        texture_ = image_ == nullptr
-                       ? Surface::kNoTexture
-                       : images_.of_file(image_->file, use_of(image_->is_clamped ? Wrap::clamp : Wrap::repeat));
+        const NamedMaterial *const look = materials_.with_image(name);
+        image_ = look == nullptr ? nullptr : &look->image;
+        texture_ = look == nullptr ? Surface::kNoTexture : texture_of(*look);
+    }
+
+    std::uint16_t texture_of(const NamedMaterial &look) {
+        TextureUse use = use_of(look.image.is_clamped ? Wrap::clamp : Wrap::repeat);
+        if (look.opacity_image.file.empty())
+            return images_.of_file(look.image.file, use);
+        use.is_blended = true;
+        use.least_opacity = kUsualAlphaCutoff;
+        use.opacity = look.opacity > 0 ? look.opacity : 1; // some programs write 0 beside an image
+        return images_.of_files(look.image.file, look.material.colour,
+                                {look.opacity_image.file, look.is_opacity_inverted}, use);
     }
 
     // The places in the image at the corners of the face's triangles, which begin at `first_triangle`.

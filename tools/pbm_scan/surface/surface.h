@@ -28,11 +28,20 @@ namespace pbm::build {
 // How an image continues beyond its edges.
 enum class Wrap : std::uint8_t { repeat, mirror, clamp };
 
+inline constexpr float kUsualAlphaCutoff = 0.5; // of a material that cuts holes and names no other
+
 // How an image colours triangles.
 struct TextureUse {
     std::array<Wrap, 2> wrap{}; // to the right, downwards
     bool is_tinted = false;     // the colours of the vertices multiply it
-    float least_opacity = 0;    // 0..1: texels with a smaller opacity cut holes
+    // Where texel x `opacity` x opacity of the vertices is less than `least_opacity`, the image cuts a hole. 0:
+    // nowhere.
+    float least_opacity = 0, opacity = 1;
+    bool is_blended = false; // it does so only if it shows texels on both sides of that limit (image_holes.h)
+    bool is_faded = false;   // the opacities of the vertices count
+
+    // `texel`: its opacity, 0..255.
+    bool is_hole(std::uint8_t texel) const { return static_cast<float>(texel) * opacity < least_opacity * 255; }
     auto operator<=>(const TextureUse &) const = default;
 };
 
@@ -71,17 +80,18 @@ struct Convention {
 
 // Arrays run in parallel with `positions`, or are empty where the input has no such attribute.
 struct Surface {
-    std::string name;                       // which of several inputs, for reports; empty where there is only one
-    std::vector<glm::dvec3> positions;      // model units, all finite
-    std::vector<glm::uvec3> triangles;      // indices < positions.size(), three different ones; wound as in the file
-    std::vector<glm::vec3> normals;         // as given, any length; zero length means "none here"
-    std::vector<Rgb8> colours;              // sRGB
-    std::vector<float> radii;               // splat radius, model units; 0: none here
-    std::vector<std::uint8_t> two_sided;    // 1: the point shows both of its sides
-    std::vector<std::uint8_t> material_ids; // < materials.size()
-    std::vector<Material> materials;        // empty: the default material
-    std::vector<std::uint16_t> station_ids; // < stations.size(), or kNoStation
-    std::vector<glm::dvec3> stations;       // where the scanner stood, model units, all finite; at most kNoStation
+    std::string name;                         // which of several inputs, for reports; empty where there is only one
+    std::vector<glm::dvec3> positions;        // model units, all finite
+    std::vector<glm::uvec3> triangles;        // indices < positions.size(), three different ones; wound as in the file
+    std::vector<glm::vec3> normals;           // as given, any length; zero length means "none here"
+    std::vector<Rgb8> colours;                // sRGB
+    std::vector<std::uint8_t> transparencies; // 255 - opacity, which counts where images cut holes
+    std::vector<float> radii;                 // splat radius, model units; 0: none here
+    std::vector<std::uint8_t> two_sided;      // 1: the point shows both of its sides
+    std::vector<std::uint8_t> material_ids;   // < materials.size()
+    std::vector<Material> materials;          // empty: the default material
+    std::vector<std::uint16_t> station_ids;   // < stations.size(), or kNoStation
+    std::vector<glm::dvec3> stations;         // where the scanner stood, model units, all finite; at most kNoStation
     std::vector<Texture> textures;
     std::vector<TextureCorners> texture_corners; // [triangles]; empty without textures
     std::vector<std::uint16_t> texture_ids;      // [triangles] < textures.size(), or kNoTexture; empty without textures
@@ -142,6 +152,7 @@ template <class Visit, class... Surfaces> void for_byte_attributes(Visit &&visit
 template <class Visit, class... Surfaces> void for_vertex_attributes(Visit &&visit, Surfaces &...surfaces) {
     visit(surfaces.normals...);
     visit(surfaces.colours...);
+    visit(surfaces.transparencies...);
     visit(surfaces.radii...);
     visit(surfaces.station_ids...);
     for_byte_attributes(visit, surfaces...);

@@ -114,10 +114,12 @@ TexturePyramid::TexturePyramid(Texture texture, const TextureCoverage &coverage,
     std::vector<std::uint8_t> &cut = levels_.front().cut;
     cut.resize(use_.least_opacity > 0 ? texels.size() : 0);
     for (std::size_t i = 0; i < texels.size(); ++i) {
-        const bool is_cut = static_cast<float>(texels[i][3]) < use_.least_opacity * 255;
-        texels[i][3] = coverage.covers(i) && !is_cut ? 255 : 0;
+        const std::uint8_t opacity = texels[i][3];
+        const auto shown = is_faded() ? static_cast<std::uint8_t>(static_cast<float>(opacity) * use_.opacity + 0.5F)
+                                      : static_cast<std::uint8_t>(use_.is_hole(opacity) ? 0 : 255);
+        texels[i][3] = coverage.covers(i) ? shown : std::uint8_t{0};
         if (!cut.empty())
-            cut[i] = coverage.covers(i) && is_cut ? 255 : 0;
+            cut[i] = coverage.covers(i) ? static_cast<std::uint8_t>(255 - shown) : std::uint8_t{0};
     }
     while (levels_.back().width > 1 || levels_.back().height > 1) {
         Level half = half_of(levels_.back(), threads);
@@ -125,7 +127,7 @@ TexturePyramid::TexturePyramid(Texture texture, const TextureCoverage &coverage,
     }
 }
 
-std::vector<TexturePyramid> make_pyramids(Surface &surface, int threads) {
+std::vector<TextureCoverage> covered_texels(const Surface &surface, int threads) {
     std::vector<TextureCoverage> coverages(surface.textures.begin(), surface.textures.end());
     constexpr std::size_t kBlock = 4096;
     parallel_blocks(surface.texture_ids.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
@@ -133,6 +135,11 @@ std::vector<TexturePyramid> make_pyramids(Surface &surface, int threads) {
             if (surface.texture_ids[i] != Surface::kNoTexture)
                 coverages[surface.texture_ids[i]].add(surface.texture_corners[i]);
     });
+    return coverages;
+}
+
+std::vector<TexturePyramid> make_pyramids(Surface &surface, int threads) {
+    const std::vector<TextureCoverage> coverages = covered_texels(surface, threads);
     std::vector<TexturePyramid> pyramids;
     for (std::size_t i = 0; i < surface.textures.size(); ++i)
         pyramids.emplace_back(std::move(surface.textures[i]), coverages[i], threads);

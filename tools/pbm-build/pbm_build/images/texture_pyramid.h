@@ -42,14 +42,14 @@ inline std::uint32_t wrapped(std::int64_t at, std::uint32_t size, Wrap wrap) {
 }
 
 // Level 0 is the image; each further one has half its size, rounded up. A texel is the mean, in linear light, of those
-// below it that are covered and cut no hole.
+// below it that are covered and cut no hole, or, where the vertices fade the image, weighted by their opacity.
 class TexturePyramid {
   public:
-    using Texel = std::array<std::uint8_t, 4>; // sRGB, and the covered share: 0..255
+    using Texel = std::array<std::uint8_t, 4>; // sRGB, and the share that is covered and shown: 0..255
     struct Level {
         std::uint32_t width = 0, height = 0;
         std::vector<Texel> texels;     // [height][width], top row first
-        std::vector<std::uint8_t> cut; // share of a texel that is covered and cuts a hole; empty: none is
+        std::vector<std::uint8_t> cut; // share that is covered and not shown; empty: none is
         std::size_t index(std::int64_t x, std::int64_t y, const std::array<Wrap, 2> &wrap) const {
             return std::size_t{wrapped(y, height, wrap[1])} * width + wrapped(x, width, wrap[0]);
         }
@@ -61,11 +61,20 @@ class TexturePyramid {
     const std::vector<Level> &levels() const { return levels_; }
     const std::array<Wrap, 2> &wrap() const { return use_.wrap; }
     bool is_tinted() const { return use_.is_tinted; }
+    bool is_faded() const { return use_.is_faded && use_.least_opacity > 0; }
+    // A place is a hole if of what is covered there more than this, times what is shown, is not shown. `opacity`: of
+    // the vertices, 0..1.
+    double most_cut(double opacity) const {
+        return is_faded() ? opacity / static_cast<double>(use_.least_opacity) - 1 : 1;
+    }
 
   private:
     std::vector<Level> levels_;
     TextureUse use_{};
 };
+
+// For each image of `surface`.
+std::vector<TextureCoverage> covered_texels(const Surface &surface, int threads);
 
 // Takes the images out of `surface`.
 std::vector<TexturePyramid> make_pyramids(Surface &surface, int threads);

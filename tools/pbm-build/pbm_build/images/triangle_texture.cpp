@@ -16,6 +16,19 @@ std::int64_t floor_of(double value) {
     return towards_zero - (value < static_cast<double>(towards_zero) ? 1 : 0);
 }
 
+// What a texel of this share counts, shown and cut. Texels of the background count only where there is nothing else.
+struct TexelWeights {
+    std::array<double, 256> shown{}, cut{};
+
+    explicit constexpr TexelWeights(bool is_faded) {
+        for (std::size_t share = 1; share < shown.size(); ++share)
+            shown[share] = cut[share] = is_faded ? static_cast<double>(share) / 255 : 1;
+        constexpr double kHardly = 1e-6;
+        shown[0] = kHardly;
+    }
+};
+constexpr std::array<TexelWeights, 2> kTexelWeights{TexelWeights(false), TexelWeights(true)};
+
 double area(const glm::dvec2 &a, const glm::dvec2 &b) { return std::abs(a.x * b.y - a.y * b.x) / 2; }
 
 } // namespace
@@ -58,11 +71,12 @@ void TriangleTexture::set(const TexturePyramid &pyramid, const TextureCorners &t
     }
 }
 
-std::optional<std::array<std::int32_t, 3>> TriangleTexture::interpolated(const glm::dvec2 &at) const {
+std::optional<std::array<std::int32_t, 3>> TriangleTexture::interpolated(const glm::dvec2 &at, double most_cut) const {
     const double x = at.x - 0.5, y = at.y - 0.5;
     const std::int64_t left = floor_of(x), top = floor_of(y);
     const double right = x - static_cast<double>(left), bottom = y - static_cast<double>(top);
     const std::uint16_t *const linear = linear_table().data();
+    const TexelWeights &counts = kTexelWeights[pyramid_->is_faded() ? 1 : 0];
     const std::array<double, 4> shares{(1 - right) * (1 - bottom), right * (1 - bottom), (1 - right) * bottom,
                                        right * bottom};
     std::array<double, 3> sums{};
@@ -71,16 +85,14 @@ std::optional<std::array<std::int32_t, 3>> TriangleTexture::interpolated(const g
         const std::size_t index = level_->index(left + static_cast<std::int64_t>(i & 1),
                                                 top + static_cast<std::int64_t>(i >> 1), pyramid_->wrap());
         const TexturePyramid::Texel &texel = level_->texels[index];
-        // Texels of the background count only where there is nothing else.
-        constexpr double kHardly = 1e-6;
-        const double weight = texel[3] != 0 ? shares[i] : shares[i] * kHardly;
+        const double weight = shares[i] * counts.shown[texel[3]];
         weights += weight;
-        if (!level_->cut.empty() && level_->cut[index] != 0)
-            cut += shares[i];
+        if (!level_->cut.empty())
+            cut += shares[i] * counts.cut[level_->cut[index]];
         for (std::size_t c = 0; c < 3; ++c)
             sums[c] += weight * linear[texel[c]];
     }
-    if (cut > weights)
+    if (cut > most_cut * weights)
         return std::nullopt;
     const double share = 1 / weights;
     std::array<std::int32_t, 3> colour{};
@@ -93,10 +105,11 @@ glm::dvec2 TriangleTexture::place_of(const Weights &weights) const {
     return weights[0] * corners_[0] + weights[1] * corners_[1] + weights[2] * corners_[2];
 }
 
-std::optional<std::array<std::int32_t, 3>> TriangleTexture::colour(const Weights &weights) const {
+std::optional<std::array<std::int32_t, 3>> TriangleTexture::colour(const Weights &weights, double opacity) const {
+    const double most_cut = pyramid_->most_cut(opacity);
     const glm::dvec2 centre = place_of(weights);
     if (is_magnified_)
-        return interpolated(centre);
+        return interpolated(centre, most_cut);
     // The places of all four at once, which compilers turn into vector instructions.
     constexpr std::array<double, kTaps> kFirst{-1, 1, -1, 1}, kSecond{-1, -1, 1, 1};
     std::array<double, kTaps> sum{}, x{}, y{};
@@ -125,10 +138,10 @@ std::optional<std::array<std::int32_t, 3>> TriangleTexture::colour(const Weights
         for (std::size_t c = 0; c < 3; ++c)
             sums[c] += std::uint32_t{texel[3]} * linear[texel[c]];
     }
-    if (cut > all)
+    if (cut > most_cut * all)
         return std::nullopt;
     if (all == 0) // by rounding, just outside of what is covered
-        return interpolated(centre);
+        return interpolated(centre, most_cut);
     const double share = 1 / static_cast<double>(all);
     std::array<std::int32_t, 3> colour{};
     for (std::size_t c = 0; c < 3; ++c)

@@ -21,14 +21,16 @@ class TriangleTexture {
     void set(const TexturePyramid &pyramid, const TextureCorners &texture, const std::array<glm::dvec3, 3> &corners);
 
     // Linear light, 0..65,535, around the place with these weights of the corners; nothing where the image cuts a hole.
-    std::optional<std::array<std::int32_t, 3>> colour(const std::array<double, 3> &weights) const;
+    // `opacity`: of the vertices there, 0..1; counts if the image is_faded.
+    std::optional<std::array<std::int32_t, 3>> colour(const std::array<double, 3> &weights, double opacity = 1) const;
+    bool is_faded() const { return pyramid_->is_faded(); }
     bool is_tinted() const { return pyramid_->is_tinted(); }
 
   private:
     using Weights = std::array<double, 3>;
     static constexpr std::size_t kTaps = 4;
 
-    std::optional<std::array<std::int32_t, 3>> interpolated(const glm::dvec2 &at) const;
+    std::optional<std::array<std::int32_t, 3>> interpolated(const glm::dvec2 &at, double most_cut) const;
     glm::dvec2 place_of(const Weights &weights) const;
 
     const TexturePyramid *pyramid_ = nullptr;

@@ -43,6 +43,7 @@ struct BuildOptions {
     std::vector<std::array<double, 3>> viewpoints; // estimated normals face them; model units. One for all, or one for
                                                    // each surface in their order; empty: the stations of the surfaces
     Outliers outliers = Outliers::drop_strays;     // and far parts; kept with a grid that is given
+    std::optional<double> alpha_cutoff;            // image_holes.h
     std::optional<int> upsample;                   // largest gap, voxels; upsample.h
     bool strict = false;                           // refuse the input instead of dropping any of it
     WarningSet denied{};                           // refuse the input where its report has a line of these kinds

@@ -47,6 +47,7 @@ Result<Metadata> make_metadata(const BuildOptions &build, const ScanFacts &scan)
         options["drop_parts"] = to_text(*build.mesh.smallest_part);
     give("fill_holes", build.mesh.max_hole_edges);
     give("crease_angle", build.crease_angle);
+    give("alpha_cutoff", build.alpha_cutoff);
     if (build.viewpoints.size() == 1)
         options["viewpoint"] = build.viewpoints.front();
     else if (!build.viewpoints.empty())

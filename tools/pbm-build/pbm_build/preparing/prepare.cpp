@@ -2,6 +2,7 @@
 
 #include "pbm_build/grid/far_parts.h"
 #include "pbm_build/grid/up_axis.h"
+#include "pbm_build/images/image_holes.h"
 #include "pbm_build/preparing/examine_surface.h"
 #include "pbm_build/preparing/metadata.h"
 #include "pbm_build/preparing/poses.h"
@@ -143,6 +144,9 @@ Result<Surface> merge_inputs(std::vector<Surface> surfaces, const Run &run) {
         take_report(surface, statistics);
         if (surface.positions.empty())
             continue;
+        if (Status settled = settle_holes(surface, {options.alpha_cutoff, options.strict}, threads, statistics);
+            !settled)
+            return with_input_name(surface.name, settled.error());
         if (Status repaired = repair(surface, options, run.clock, statistics); !repaired)
             return with_input_name(surface.name, repaired.error());
         if (Status good = examine_surface(surface, options.strict, statistics); !good)

@@ -79,6 +79,8 @@ void SampleCursor::load(std::uint32_t source) {
         const TextureCorners &places = sampler_.surface_.texture_corners[source];
         image_.set(*image, {places[order[0]->number], places[order[1]->number], places[order[2]->number]},
                    triangle_.corners);
+        for (std::size_t c = 0; c < 3 && image_.is_faded(); ++c)
+            opacities_[c] = 1 - sampler_.surface_.transparencies[vertices_[c]] / 255.0;
     }
 }
 
@@ -118,7 +120,11 @@ void SampleCursor::take_fields(std::size_t row, SampleRows &rows) const {
 // The colour of the image, times that of the corners where it is tinted.
 void SampleCursor::take_image_colour(std::size_t row, SampleRows &rows) const {
     const auto &weights = rows.mixed.weights;
-    const auto colour = image_.colour({weights[0][row], weights[1][row], weights[2][row]});
+    const std::array<double, 3> of_corners{weights[0][row], weights[1][row], weights[2][row]};
+    double opacity = 1;
+    if (image_.is_faded())
+        opacity = of_corners[0] * opacities_[0] + of_corners[1] * opacities_[1] + of_corners[2] * opacities_[2];
+    const auto colour = image_.colour(of_corners, opacity);
     rows.rest[row].is_hole = !colour;
     if (!colour)
         return;

@@ -44,6 +44,7 @@ class SampleCursor {
     bool mixed_materials_ = false;
     bool has_image_ = false;
     TriangleTexture image_;
+    std::array<double, 3> opacities_{}; // of its corners, where they fade the image
 };
 
 } // namespace pbm::build
