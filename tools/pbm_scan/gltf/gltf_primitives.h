@@ -2,6 +2,7 @@
 // Based on: Khronos Group. glTF 2.0 Specification. 2021 (section 3.7)
 #pragma once
 
+#include "pbm_scan/conventions/colour_range.h"
 #include "pbm_scan/gltf/gltf_document.h"
 #include "pbm_scan/gltf/gltf_materials.h"
 #include "pbm_scan/surface/surface.h"
@@ -40,6 +41,9 @@ class GltfPrimitives {
     //         too_large  many more vertices or indices than the file has bytes
     Result<const std::vector<GltfPrimitive> *> of_mesh(std::size_t mesh, const std::vector<double> &weights,
                                                        bool has_skin);
+
+    // That of COLOR_0 of all primitives read so far.
+    ColourRange colour_range() const;
 
     // Reports vertices of shared accessors that no primitive names. Call it last.
     void report_loose();
