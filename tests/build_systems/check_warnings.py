@@ -74,6 +74,7 @@ edges = [(math.cos(a), math.sin(a), math.cos(a / 2), math.sin(a / 2)) for a in (
 (work / "stray.xyz").write_text("\n".join(points + ["1e6 0 0"]) + "\n")
 (work / "far.xyz").write_text("8500000 8500000 0\n8500000.001 8500000 0\n8500000 8500000.001 0\n")
 (work / "twice.xyz").write_text("\n".join(points * 2) + "\n")
+(work / "unnamed.xyz").write_text("\n".join(f"{point} {i % 200} 80 90" for i, point in enumerate(points)) + "\n")
 ply = ("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
        "element face 1\nproperty list uchar int vertex_indices\nend_header\n")
 (work / "behind.ply").write_text(ply + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n9 9 9\n")
@@ -96,6 +97,7 @@ CASES = [
     (["stray.xyz", "--keep-outliers"], "kept-outliers"),
     (["open.xyz"], "open-end"),
     (["far.xyz"], "far-coordinates"),
+    (["unnamed.xyz"], "guessed-columns"),
     (["twice.xyz"], "repeated-points"),
     (["inwards.obj"], "turned-faces"),
     (["normals.obj"], "turned-normals"),

@@ -288,6 +288,47 @@ class Building(Case):
         self.assertIn("attributes", report.figures)
         json.dumps(report.figures)
 
+    def test_colours_and_edges_as_scans_have_them(self):
+        cube = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+        quads = ["0 1 3 2", "4 6 7 5", "0 4 5 1", "2 3 7 6", "0 2 6 4", "1 5 7 3"]
+        paint = ["250 0 0", "0 250 0", "0 0 250", "250 250 0", "250 0 250", "0 250 250"]
+        corners = "".join(f"{x} {y} {z}\n" for x, y, z in cube)
+
+        def built(name, text, **options):
+            (self.folder / name).write_text(text)
+            return pbm.build(files=self.folder / name, depth=6, **options)
+
+        # The faces of a cube have one colour each, and only edges have mixed ones.
+        scans = [("cube.off", "OFF\n8 6 0\n" + corners + "".join(f"4 {q} {c}\n" for q, c in zip(quads, paint))),
+                 ("cube.ply", "ply\nformat ascii 1.0\nelement vertex 8\n" +
+                  "".join(f"property float {axis}\n" for axis in "xyz") +
+                  "element face 6\nproperty list uchar int vertex_index\n" +
+                  "".join(f"property double {c}\n" for c in ("red", "green", "blue")) + "end_header\n" + corners +
+                  "".join(f"4 {q} {' '.join(str(int(n) / 255) for n in c.split())}\n" for q, c in zip(quads, paint)))]
+        for name, text in scans:
+            points = built(name, text).model.points()
+            inside = np.sort(np.abs(points["positions"]), axis=1)[:, 1] < 0.9
+            found = np.unique(points["colours"][inside], axis=0).tolist()
+            self.assertEqual(found, sorted([int(n) for n in c.split()] for c in paint), name)
+        # Smoothing groups of OBJ, and bytes as colours of its materials.
+        (self.folder / "cube.mtl").write_text("newmtl a\nKd 200 100 30\n")
+        faces = "".join("f " + " ".join(str(int(i) + 1) for i in q.split()) + "\n" for q in quads)
+        obj = "mtllib cube.mtl\nusemtl a\n" + "".join(f"v {line}\n" for line in corners.splitlines())
+        normals = {}
+        for group in ("off", "1"):
+            report = built("cube.obj", f"{obj}s {group}\n{faces}")
+            normals[group] = len(np.unique(report.model.points()["normals"], axis=0))
+            self.assertIn("their colours, in 0..255, to sRGB of 8 bits",
+                          [line["note"] for line in report.figures["attributes"]])
+        self.assertLess(normals["off"] + 50, normals["1"])
+        # Columns without names, with numbers of the rows and decimal commas.
+        rows = [f"{i};{x},5;{y},5;{z},5;200;100;30" for i, (x, y, z) in enumerate(cube * 2, 1)]
+        with self.assertRaisesRegex(pbm.InvalidError, "guessed-columns"):
+            built("rows.csv", "\n".join(rows) + "\n", deny="guessed-columns")
+        model = built("rows.csv", "\n".join(rows) + "\n").model
+        self.assertEqual(np.unique(model.points()["colours"], axis=0).tolist(), [[200, 100, 30]])
+        self.assertLess(model.info.highest[0] - model.info.lowest[0], 3)
+
     def test_of_files(self):
         ply = self.folder / "points.ply"
         ply.write_text(f"ply\nformat ascii 1.0\nelement vertex {len(self.vertices)}\nproperty float x\nproperty float y\n"

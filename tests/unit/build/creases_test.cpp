@@ -169,6 +169,37 @@ TEST(CornerNormals, TheAngleDecides) {
     expect_near(normals_of_cube(180).second, {std::sqrt(2), 0, -1}); // planes count once, so all three sides the same
 }
 
+TEST(CornerNormals, SmoothingGroupsDecide) {
+    Surface one = prism(4), sides = prism(4), flat = prism(24);
+    one.smoothing_groups.assign(one.triangles.size(), 7);
+    expect_near(corners_of(one).front().front(), {std::sqrt(2), 0, -1});
+    EXPECT_EQ(one.positions.size(), 8U) << "all edges are smooth";
+    sides.smoothing_groups.assign(8, 1);
+    sides.smoothing_groups.resize(sides.triangles.size(), 2);
+    const std::vector<Corners> corners = corners_of(sides);
+    EXPECT_EQ(sides.positions.size(), 16U) << "creases between the sides and the caps alone";
+    expect_near(corners.front().front(), {1, 0, 0}); // between two sides, turned by 45 degrees
+    expect_near(corners.back().front(), {0, 0, 1});
+    flat.smoothing_groups.assign(48, Surface::kFlat);
+    flat.smoothing_groups.resize(flat.triangles.size(), 0); // the caps, by the angle
+    for (const Corners &face : corners_of(flat))
+        for (const glm::dvec3 &normal : face)
+            expect_near(normal, face[0]);
+    Surface by_angle = prism(24);
+    const glm::dvec3 turned = corners_of(by_angle).front().front() - corners_of(flat).front().front();
+    EXPECT_GT(glm::length(turned), 0.1) << "sides of 15 degrees are smooth without groups";
+    Surface seam; // wound against each other
+    seam.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    seam.triangles = {{0, 1, 2}, {0, 3, 2}};
+    seam.smoothing_groups = {1, 1};
+    const std::vector<Corners> apart = corners_of(seam);
+    expect_near(apart[0][0], {0, 0, 1});
+    expect_near(apart[1][0], {0, 0, -1});
+    BuildStatistics said;
+    choose_creases(sides, 30, 2, said);
+    EXPECT_TRUE(sides.smoothing_groups.empty()) << "--crease-angle overrules them";
+}
+
 TEST(CornerNormals, GivenNormalsWin) {
     Surface surface = prism(4);
     surface.normals.assign(8, glm::vec3(0, 0, 2));
@@ -226,7 +257,8 @@ TEST(Creases, AnStlKeepsItsFacetsIfTheyAreFewOrPlanar) {
     EXPECT_NE(few.attributes.front().note.find("--crease-angle 44"), std::string::npos);
     EXPECT_EQ(angle_of(prism(3000), {}, planar), 0.0);
     EXPECT_EQ(angle_of(rough_sphere(40), {}, scan), std::nullopt);
-    EXPECT_TRUE(scan.attributes.empty());
+    ASSERT_EQ(scan.attributes.size(), 1U);
+    EXPECT_NE(scan.attributes.front().note.find("shaded smoothly, as a scan"), std::string::npos);
     EXPECT_EQ(angle_of(prism(6), 180, asked), glm::radians(180.0));
     EXPECT_TRUE(asked.attributes.empty());
 }

@@ -196,6 +196,16 @@ TEST(FillHoles, WhatWasMeasuredIsNotMadeUp) {
         [&](auto &values) { EXPECT_TRUE(values.empty() || values.size() == surface.positions.size()); }, surface);
 }
 
+TEST(FillHoles, PatchesBesideColouredFacesHaveTheirColours) {
+    Surface surface = box();
+    surface.triangles.erase(surface.triangles.begin(), surface.triangles.begin() + 2);
+    surface.face_colours.assign(10, {{200, 100, 0}, true});
+    filled(surface, 4);
+    EXPECT_EQ(surface.positions.size(), 8U);
+    EXPECT_TRUE(surface.colours.empty());
+    EXPECT_EQ(surface.face_colours, std::vector<FaceColour>(12, {{200, 100, 0}, true}));
+}
+
 TEST(FillHoles, PatchesBesideImagesHaveTheirColours) {
     Surface surface = box();
     surface.triangles.erase(surface.triangles.begin(), surface.triangles.begin() + 2);

@@ -62,6 +62,20 @@ std::vector<Point> points_of(const Model &model) {
     return points;
 }
 
+TEST(FaceColours, EachPointHasThatOfItsFace) {
+    Surface surface = square({});
+    surface.textures.clear();
+    surface.texture_ids.clear();
+    surface.texture_corners.clear();
+    surface.face_colours = {{{250, 0, 0}, true}, {{0, 0, 250}, true}};
+    const std::vector<Point> points = points_of(built(surface, at_depth(6)));
+    ASSERT_GT(points.size(), 900U);
+    for (const Point &p : points)
+        if (std::abs(p.x - p.y) > 0.03) {
+            EXPECT_EQ(p.colour, p.x > p.y ? (Rgb8{250, 0, 0}) : (Rgb8{0, 0, 250})) << p.x << " " << p.y;
+        }
+}
+
 TEST(Images, EachPointHasTheColourOfItsPlace) {
     // Left red, right green; the upper half also blue.
     const auto image = texture(64, 64, [](std::uint32_t x, std::uint32_t y) {

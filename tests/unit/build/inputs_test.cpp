@@ -230,6 +230,27 @@ TEST(Merge, WhatOneInputLacksComesFromItsMaterial) {
               (std::vector<std::string>{"red: materials", "plain: colours", "plain: materials", "blue: colours"}));
 }
 
+TEST(Merge, ColoursOfFacesStandBesideThoseOfVerticesAndMaterials) {
+    Surface faces = cube({0, 0, 0}), red = cube({4, 0, 0}), some = cube({0, 4, 0});
+    faces.face_colours.assign(12, {{0, 0, 250}, true});
+    red.colours.assign(8, {255, 0, 0});
+    some.face_colours.assign(12, {});
+    for (std::size_t i = 0; i < 12; ++i) // those on top
+        if (const glm::uvec3 &t = some.triangles[i];
+            some.positions[t.x].z > 0 && some.positions[t.y].z > 0 && some.positions[t.z].z > 0)
+            some.face_colours[i] = {{1, 200, 2}, true};
+    const Model model = built({faces, red, some}, at_depth(7));
+    const PointAttributes &points = model.levels.back().points;
+    const auto colour_at = [&](glm::dvec3 place) {
+        return point_colour(points.colours, point_at(model, place), ColourFormat::rgb888);
+    };
+    EXPECT_EQ(colour_at({0, 0, 1}), (Rgb8{0, 0, 250}));
+    EXPECT_EQ(colour_at({4, 0, 1}), (Rgb8{255, 0, 0}));
+    EXPECT_EQ(colour_at({0, 4, 1}), (Rgb8{1, 200, 2}));
+    EXPECT_EQ(colour_at({0, 4, -1}), (Rgb8{204, 204, 204})) << "of the default material";
+    EXPECT_EQ(built({some}, at_depth(6)).parameters.attributes.colour, ColourFormat::rgb888);
+}
+
 TEST(Merge, NormalsThatDisagreeWithTheirOwnFacesTurnThemOnly) {
     Surface inward = cube({0, 0, 0}); // faces wound inwards, normals that point outwards
     for (glm::uvec3 &t : inward.triangles)

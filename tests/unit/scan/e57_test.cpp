@@ -220,8 +220,36 @@ TEST(E57, ColoursAreScaledByTheirLimits) {
     const Surface s = E57File::surface(e57_file({scan, scan_of({{0, 0, 0}})}));
     const Rgb8 other = Material{}.colour;
     EXPECT_EQ(s.colours, (std::vector{Rgb8{0, 0, 0}, Rgb8{255, 255, 255}, Rgb8{1, 255, 128}, other, other}));
-    EXPECT_EQ(report_of(s, "colorRed colorGreen colorBlue").fate, Fate::converted);
+    EXPECT_EQ(report_of(s, "colorRed colorGreen").fate, Fate::converted);
+    EXPECT_EQ(report_of(s, "colorBlue").note,
+              "sRGB, from 0..1 to 8 bits: the file has no limits of them; 1 colour outside clamped");
     EXPECT_TRUE(has(report_of(s, "isColorInvalid").note, "1 point without a colour"));
+}
+
+TEST(E57, ColoursWithoutLimitsHaveTheRangeOfNearlyAll) {
+    const auto floats = [](std::vector<float> red, std::vector<float> green, std::vector<float> blue) {
+        return scan_of(kFour,
+                       {e57_floats("colorRed", red), e57_floats("colorGreen", green), e57_floats("colorBlue", blue)});
+    };
+    const Surface bytes = E57File::surface(e57_file({floats({200, 0, 1, 255}, {100, 0, 2, 255}, {30, 0, 3.6F, 255})}));
+    EXPECT_EQ(bytes.colours, (std::vector{Rgb8{200, 100, 30}, Rgb8{0, 0, 0}, Rgb8{1, 2, 4}, Rgb8{255, 255, 255}}));
+    EXPECT_EQ(report_of(bytes, "colorRed colorGreen colorBlue").note,
+              "sRGB, from 0..255 to 8 bits: the file has no limits of them");
+    const Surface parts = E57File::surface(e57_file({floats({0.5, 0, 1, 0}, {0, 0, 1, 0}, {0, 0, 1, 0.2F})}));
+    EXPECT_EQ(parts.colours, (std::vector{Rgb8{128, 0, 0}, Rgb8{0, 0, 0}, Rgb8{255, 255, 255}, Rgb8{0, 0, 51}}));
+
+    constexpr auto kLowest = std::numeric_limits<std::int64_t>::min(),
+                   kHighest = std::numeric_limits<std::int64_t>::max();
+    const auto whole = [&](const char *name, const std::vector<std::int64_t> &values) {
+        return e57_integers(name, kLowest, kHighest, values);
+    };
+    const Surface integers = E57File::surface(
+        e57_file({scan_of(kFour, {whole("colorRed", {200, 0, 1, 255}), whole("colorGreen", {100, 0, 2, 255}),
+                                  e57_integers("colorBlue", 0, 255, {30, 0, 3, 255})})}));
+    EXPECT_EQ(integers.colours, (std::vector{Rgb8{200, 100, 30}, Rgb8{0, 0, 0}, Rgb8{1, 2, 3}, Rgb8{255, 255, 255}}));
+    const Surface none = E57File::surface(e57_file({floats({1e6, 2e6, 3e6, 4e6}, {1, 1, 1, 1}, {1, 1, 1, 1})}));
+    EXPECT_EQ(none.colours.front(), Material{}.colour);
+    EXPECT_EQ(report_of(none, "colorRed").fate, Fate::dropped);
 }
 
 TEST(E57, IntensityIsGreyWhereNothingHasColours) {

@@ -108,6 +108,59 @@ TEST(Gltf, ModesOfTriangles) {
     EXPECT_EQ(surface(plain).triangles, (std::vector<glm::uvec3>{{0, 1, 2}}));
 }
 
+TEST(Gltf, ColoursOfBytesAreScaledForAllPrimitives) {
+    Glb glb;
+    const auto positions = glb.floats(kSquare, "VEC3", 3), indices = glb.indices({0, 1, 2, 0, 2, 3});
+    const auto primitive = [&](std::size_t colours) {
+        return json{{"attributes", {{"POSITION", positions}, {"COLOR_0", colours}}}, {"indices", indices}};
+    };
+    const auto colours = glb.floats({255, 102, 0, 255, 102, 51, 255, 255, 102, 51, 255, 255}, "VEC3", 3);
+    const auto dark = glb.floats({1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0}, "VEC3", 3);
+    Glb usual = glb;
+    glb.show({primitive(dark), primitive(colours)});
+    const Surface s = surface(glb);
+    const auto srgb = [](double linear) { return linear_to_srgb(static_cast<std::uint32_t>(linear * 65535 + 0.5)); };
+    EXPECT_EQ(s.colours[0], (Rgb8{srgb(1 / 255.0), 0, 0})) << "in the range of all";
+    EXPECT_EQ(s.colours[4], (Rgb8{255, srgb(0.4), 0}));
+    EXPECT_EQ(test::note_of(s, "COLOR_0"),
+              "in 0..255, not in 0..1 as glTF has them; sRGB, 8 bits, times the material's factor");
+    usual.show({primitive(dark)});
+    EXPECT_EQ(surface(usual).colours[0], (Rgb8{255, 0, 0}));
+
+    // Bytes that are not declared as fractions, and factors of materials.
+    Glb bytes;
+    const auto place = bytes.floats(kSquare, "VEC3", 3);
+    const std::vector<std::uint8_t> raw(16, 51);
+    const auto accessor =
+        bytes.accessor({{"bufferView", bytes.view(raw)}, {"componentType", 5121}, {"count", 4}, {"type", "VEC4"}});
+    bytes.show({{{"attributes", {{"POSITION", place}, {"COLOR_0", accessor}}}, {"indices", bytes.indices({0, 1, 2})}}});
+    EXPECT_EQ(surface(bytes).colours[0], (Rgb8{srgb(0.2), srgb(0.2), srgb(0.2)}));
+    Glb factor;
+    const auto corners = factor.floats(kSquare, "VEC3", 3), triangle = factor.indices({0, 1, 2});
+    factor.show({{{"attributes", {{"POSITION", corners}}}, {"indices", triangle}, {"material", 0}}});
+    factor.doc["materials"] = {{{"pbrMetallicRoughness", {{"baseColorFactor", {255, 102, 0, 1}}}}}};
+    EXPECT_EQ(surface(factor).materials.front().colour, (Rgb8{255, srgb(0.4), 0}));
+    EXPECT_TRUE(says(surface(factor), "factors of colours", Fate::converted));
+}
+
+TEST(Gltf, TrianglesWithoutNormalsAreFacets) {
+    Glb glb;
+    const auto positions = glb.floats(kSquare, "VEC3", 3), indices = glb.indices({0, 1, 2, 0, 2, 3}),
+               normals = glb.floats({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3", 3);
+    const json with{{"attributes", {{"POSITION", positions}, {"NORMAL", normals}}}, {"indices", indices}},
+        without{{"attributes", {{"POSITION", positions}}}, {"indices", indices}},
+        points{{"attributes", {{"POSITION", positions}}}, {"mode", 0}};
+    const auto has_facets = [&](const json &primitives) {
+        Glb shown = glb;
+        shown.show(primitives);
+        return surface(shown).has_facets;
+    };
+    EXPECT_TRUE(has_facets({without}));
+    EXPECT_TRUE(has_facets({with, without}));
+    EXPECT_FALSE(has_facets({with}));
+    EXPECT_FALSE(has_facets({with, points}));
+}
+
 TEST(Gltf, DamagedIndicesAreNotAbsentOnes) {
     const auto primitive = [](Glb &glb) {
         return json{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}};

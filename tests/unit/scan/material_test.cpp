@@ -18,6 +18,7 @@ std::vector<NamedMaterial> materials_of(std::string_view text, std::vector<Attri
     std::vector<NamedMaterial> materials;
     std::vector<AttributeReport> report;
     read_materials(text, Material{}, materials, said != nullptr ? *said : report);
+    finish_colours(materials, said != nullptr ? *said : report);
     return materials;
 }
 
@@ -31,6 +32,20 @@ Surface obj_with(const std::string &text, const std::string &materials) {
     std::filesystem::remove_all(folder);
     EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
     return result.ok() ? std::move(*result) : Surface{};
+}
+
+TEST(Materials, ColoursOfBytesAreScaledForAllMaterials) {
+    std::vector<AttributeReport> said;
+    const auto bytes = materials_of("newmtl a\nKd 200 100 30\nnewmtl black\nKd 1 0 0\n", &said);
+    EXPECT_EQ(bytes[0].material.colour, (Rgb8{200, 100, 30}));
+    EXPECT_EQ(bytes[1].material.colour, (Rgb8{1, 0, 0}));
+    ASSERT_EQ(said.size(), 1U);
+    EXPECT_EQ(said[0].fate, Fate::converted);
+    EXPECT_EQ(said[0].note, "their colours, in 0..255, to sRGB of 8 bits");
+    // One bright material among others is none of bytes.
+    const auto bright = materials_of("newmtl a\nKd 0.8 0.4 0.1\nnewmtl lamp\nKd 12 12 12\n");
+    EXPECT_EQ(bright[0].material.colour, (Rgb8{204, 102, 26}));
+    EXPECT_EQ(bright[1].material.colour, (Rgb8{255, 255, 255}));
 }
 
 TEST(Materials, StatementsBecomeAMaterialOrALine) {

@@ -191,15 +191,17 @@ TEST(OffGuard, HeadersInAnyOrderAreUnderstood) {
     EXPECT_TRUE(reports(surface(file("COFF", ""), kOffName), "vertex colours", Fate::dropped));
 }
 
-TEST(OffGuard, FaceColoursBecomeMeansAtTheVertices) {
+TEST(OffGuard, FaceColoursAreThoseOfTheFaces) {
     const std::string head = "OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n9 9 9\n";
     const Surface s = surface(head + "3 0 1 2 200 0 0\n3 0 2 3 0 100 0 255\n", kOffName);
-    ASSERT_EQ(s.colours.size(), 5U);
-    EXPECT_EQ(s.colours[0], (Colour{100, 50, 0}));
-    EXPECT_EQ(s.colours[1], (Colour{200, 0, 0}));
-    EXPECT_EQ(s.colours[4], (Colour{0, 0, 0}));
-    EXPECT_TRUE(reports(s, "face colours", Fate::converted));
-    EXPECT_EQ(surface(head + "3 0 1 2 1 0.5 0\n3 0 2 3 1 0.5 0\n", kOffName).colours[1], (Colour{255, 128, 0}));
+    EXPECT_TRUE(s.colours.empty());
+    EXPECT_EQ(s.face_colours, (std::vector<pbm::build::FaceColour>{{{200, 0, 0}, true}, {{0, 100, 0}, true}}));
+    EXPECT_TRUE(reports(s, "face colours", Fate::kept));
+    EXPECT_EQ(surface(head + "3 0 1 2 1 0.5 0\n3 0 2 3 1 0.5 0\n", kOffName).face_colours[1].colour,
+              (Colour{255, 128, 0}));
+    const Surface some = surface(head + "3 0 1 2\n4 0 1 2 3 0 100 0 255\n", kOffName);
+    EXPECT_EQ(some.face_colours, (std::vector<pbm::build::FaceColour>{{}, {{0, 100, 0}, true}, {{0, 100, 0}, true}}));
+    EXPECT_EQ(note_of(some, "face colours"), "sRGB, 8 bits; 1 triangle without one has that of the material");
     EXPECT_TRUE(reports(surface(head + "3 0 1 2 7\n3 0 2 3 7\n", kOffName), "colour indices", Fate::dropped));
     EXPECT_TRUE(has(refusal(head + "3 0 1 2 red\n3 0 2 3\n", kOffName), "line 8: 'red'"));
 }

@@ -225,6 +225,30 @@ TEST(OffReader, AWholeFileIsReadAndEveryCutRefused) {
         EXPECT_EQ(error(kOff.substr(0, size), kOffName).code, ErrorCode::bad_input) << size;
 }
 
+TEST(ObjReader, SmoothingGroupsAreThoseOfTheirFaces) {
+    const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n", quad = "f 1 2 3 4\n", half = "f 1 2 3\n";
+    using Groups = std::vector<std::uint32_t>;
+    const std::uint32_t flat = Surface::kFlat;
+    const Surface mixed = surface(square + half + "s 3\n" + quad + "s OFF\n" + half + "s 9\ns 0\n" + half, "a.obj");
+    EXPECT_EQ(mixed.smoothing_groups, (Groups{flat, 3, 3, flat, flat}));
+    EXPECT_FALSE(mixed.crease_angle);
+    EXPECT_EQ(note_of(mixed, "smoothing groups"),
+              "3 triangles of 5 flat, others smooth within their group; --crease-angle overrules them");
+    const Surface off = surface(square + "s off\n" + quad, "a.obj");
+    EXPECT_TRUE(off.smoothing_groups.empty());
+    EXPECT_EQ(off.crease_angle, 0.0);
+    const Surface none = surface(square + quad, "a.obj");
+    EXPECT_TRUE(none.smoothing_groups.empty());
+    EXPECT_FALSE(none.crease_angle);
+    // Normals win, but corners may lack them.
+    const std::string normals = "vn 0 0 1\ns off\n";
+    const Surface given = surface(square + normals + "f 1//1 2//1 3//1 4//1\n", "a.obj");
+    EXPECT_FALSE(given.crease_angle);
+    EXPECT_EQ(note_of(given, "smoothing groups"), "as the normals have it");
+    EXPECT_EQ(surface(square + normals + "f 1//1 2 3 4\n", "a.obj").crease_angle, 0.0);
+    EXPECT_TRUE(reports(surface(square + "s one\n" + quad, "a.obj"), "smoothing groups that", Fate::dropped));
+}
+
 TEST(OffReader, HeadersCommentsAndColoursAreUnderstood) {
     const Surface s =
         surface("# made by hand\nCNOFF 3 1 0 # counts\n\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0 255 0 255\n"

@@ -46,17 +46,16 @@ TEST(PlyAttributes, ColoursComeInEverySpellingAndRange) {
     EXPECT_TRUE(surface(colour_file("uchar", "red green other", "1 2 3")).colours.empty());
 }
 
-TEST(PlyAttributes, ColoursOfFacesBecomeTheMeanAtTheirVertices) {
+TEST(PlyAttributes, ColoursOfFacesAreTheirOwn) {
     const std::string head = "ply\nformat ascii 1.0\nelement vertex 4\n" + kXyz;
     const std::string face =
         "element face 2\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar "
         "green\nproperty uchar blue\nproperty uchar alpha\nend_header\n";
     const Surface s = surface(head + face + "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 100 0 0 255\n3 0 2 3 200 10 0 255\n");
-    ASSERT_EQ(s.colours.size(), 4U);
-    EXPECT_EQ(s.colours[0], (Colour{150, 5, 0}));
-    EXPECT_EQ(s.colours[1], (Colour{100, 0, 0}));
-    EXPECT_EQ(s.colours[3], (Colour{200, 10, 0}));
-    EXPECT_EQ(report(s, "face.red green blue").fate, Fate::converted);
+    EXPECT_TRUE(s.colours.empty());
+    EXPECT_EQ(s.face_colours, (std::vector<pbm::build::FaceColour>{{{100, 0, 0}, true}, {{200, 10, 0}, true}}));
+    EXPECT_EQ(s.positions.size(), 4U) << "no vertex is split";
+    EXPECT_EQ(report(s, "face.red green blue").fate, Fate::kept);
     EXPECT_EQ(report(s, "face.alpha").fate, Fate::dropped);
 
     const std::string own = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
@@ -65,6 +64,28 @@ TEST(PlyAttributes, ColoursOfFacesBecomeTheMeanAtTheirVertices) {
                                  "3 0 1 2 100 0 0 255\n3 0 2 3 200 10 0 255\n");
     EXPECT_EQ(kept.colours[0], (Colour{1, 2, 3}));
     EXPECT_EQ(report(kept, "face.red green blue").fate, Fate::dropped);
+}
+
+TEST(PlyAttributes, ColoursOfFacesFollowTheirTriangles) {
+    const std::string xyz = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n", vertices = "element vertex 4\n" + kXyz;
+    const std::string faces = "3 0 1 1 9 9 9\n4 0 1 2 3 0.2 0.4 0.6\n3 0 1 2 1 0 0.5\n";
+    const std::string element = "element face 3\nproperty list uchar int vertex_indices\nproperty float red\n"
+                                "property float green\nproperty float blue\n";
+    const std::string strips = "element tristrips 1\nproperty list int int vertex_indices\n";
+    const std::string head = "ply\nformat ascii 1.0\n";
+    const std::vector<pbm::build::FaceColour> expected{
+        {{51, 102, 153}, true}, {{51, 102, 153}, true}, {{255, 0, 128}, true}};
+    std::vector<pbm::build::FaceColour> behind = expected, before{{}};
+    behind.emplace_back();
+    before.insert(before.end(), expected.begin(), expected.end());
+    EXPECT_EQ(surface(head + vertices + element + "end_header\n" + xyz + faces).face_colours, expected);
+    EXPECT_EQ(surface(head + element + vertices + "end_header\n" + faces + xyz).face_colours, expected);
+    EXPECT_EQ(surface(head + vertices + element + strips + "end_header\n" + xyz + faces + "3 0 1 3\n").face_colours,
+              behind);
+    EXPECT_EQ(surface(head + vertices + strips + element + "end_header\n" + xyz + "3 0 1 3\n" + faces).face_colours,
+              before);
+    EXPECT_EQ(surface(head + strips + element + vertices + "end_header\n" + "3 0 1 3\n" + faces + xyz).face_colours,
+              before);
 }
 
 TEST(PlyAttributes, MaterialsOfTheDissertationAreRead) {

@@ -327,6 +327,44 @@ TEST(TextCloud, ColumnsAreGuessedByContent) {
     EXPECT_EQ(both.normals.size(), 2U);
 }
 
+TEST(TextCloud, FourColumnsOfBytesAreAColourWhereTheLastIsNone) {
+    const auto guess = [](std::string_view row, std::string_view next, const std::string &places = "1 2 3 ") {
+        std::string table;
+        for (const std::string_view each : {row, next, row, next})
+            table.append(places).append(each).append("\n");
+        return note_of(surface(table, "scan.xyz"), "columns");
+    };
+    const std::string colour = "guessed as x, y, z, r, g, b, column 7", pts = "guessed as x, y, z, intensity, r, g, b";
+    EXPECT_EQ(guess("200 100 30 255", "10 20 30 255"), colour);
+    EXPECT_EQ(guess("200 100 30 128", "10 20 30 128"), colour) << "any constant";
+    EXPECT_EQ(guess("200 100 30 0.5", "10 20 30 0.7"), colour);
+    EXPECT_EQ(guess("200 100 30 300", "10 20 30 7"), colour);
+    const std::string or_pts = "; the last four may also be an intensity and a colour",
+                      or_colour = "; the last four may also be a colour and a measurement";
+    EXPECT_EQ(guess("200 100 30 5", "10 20 30 7"), colour + or_pts) << "a label";
+    EXPECT_EQ(guess("200 100 30 90", "10 20 30 7"), pts + or_colour);
+    EXPECT_EQ(guess("200 128 128 128", "10 128 128 128"), pts + or_colour) << "an intensity, and one grey for all";
+    EXPECT_EQ(guess("0 0 1 200 100 30 9", "1 0 0 10 20 30 9"), "guessed as x, y, z, nx, ny, nz, r, g, b, column 10");
+    const AttributeReport line = report(surface("1 2 3 10 20 30\n4 5 6 1 2 3\n", "scan.txt"), "columns");
+    EXPECT_EQ(line.warning, Warning::guessed_columns);
+    EXPECT_EQ(report(surface("1 2 3\n4 5 6\n", "scan.txt"), "columns").warning, Warning::none);
+}
+
+TEST(TextCloud, AFirstColumnThatCountsIsNoCoordinate) {
+    for (const std::string text : {"0 5 6 7\n1 8 9 7\n2 5 5 5\n", "1,5,6,7\n2,8,9,7\n3,5,5,5\n"}) {
+        const Surface s = surface(text, "scan.xyz");
+        EXPECT_EQ(s.positions[1], glm::dvec3(8, 9, 7));
+        EXPECT_EQ(note_of(s, "columns"), "guessed as number, x, y, z; the first counts the rows");
+    }
+    EXPECT_EQ(note_of(surface("1 5 6 7 200 100 50\n2 8 9 7 1 2 3\n3 5 5 5 4 5 6\n", "scan.csv"), "columns"),
+              "guessed as number, x, y, z, r, g, b; the first counts the rows");
+    EXPECT_EQ(surface("1 5 6 7\n2 8 9 7\n4 5 5 5\n", "scan.xyz").positions[1], glm::dvec3(2, 8, 9));
+    EXPECT_EQ(surface("2 5 6 7\n3 8 9 7\n4 5 5 5\n", "scan.xyz").positions[1], glm::dvec3(3, 8, 9));
+    EXPECT_EQ(surface("1 5 6\n2 8 9\n3 5 5\n", "scan.xyz").positions[1], glm::dvec3(2, 8, 9)) << "it is x";
+    EXPECT_EQ(surface("1 5 6 7 8 9\n2 8 9 7 8 9\n3 5 5 7 8 9\n", "scan.xyz").positions[1], glm::dvec3(2, 8, 9))
+        << "a colour is behind it";
+}
+
 TEST(TextCloud, WhatIsNoTableIsRefused) {
     EXPECT_TRUE(has(refusal("hello world\n", "x.txt"), "line 1: 'hello' begins neither a row"));
     EXPECT_TRUE(has(refusal("# nothing\n", "x.txt"), "no row of three numbers"));

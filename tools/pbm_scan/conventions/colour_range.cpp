@@ -16,7 +16,9 @@ ColourRange range_of_words(std::uint64_t lit, std::uint64_t above_byte) {
 
 ColourRange ColourCounts::range(ColourNumbers numbers) const {
     const auto are_few = [this](std::uint64_t count) { return is_few(count, lit_); };
-    if (numbers == ColourNumbers::any && (above_one_ == 0 || (are_few(above_two_) && !are_whole_)))
+    constexpr std::uint64_t kFewColours = 100;
+    const bool are_some_brighter = are_few(above_two_) || (lit_ < kFewColours && 2 * above_one_ <= lit_);
+    if (numbers == ColourNumbers::any && (above_one_ == 0 || (are_some_brighter && !are_whole_)))
         return {1, negative_one_ + above_one_};
     if (are_few(above_byte_))
         return {255, negative_byte_ + above_byte_};
@@ -32,6 +34,15 @@ ColourRange colour_range(std::span<const glm::vec3> colours, ColourNumbers numbe
     for (const glm::vec3 &colour : colours)
         counts.add(colour);
     return counts.range(numbers);
+}
+
+std::vector<FaceColour> face_colours(std::span<const glm::vec3> colours, const ColourRange &range) {
+    std::vector<FaceColour> of_faces;
+    of_faces.reserve(colours.size());
+    for (const glm::vec3 &colour : colours)
+        of_faces.push_back(is_no_colour(colour) ? FaceColour{}
+                                                : FaceColour{colour_bytes(colour, range.factor()), true});
+    return of_faces;
 }
 
 } // namespace pbm::build

@@ -8,10 +8,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace pbm::build {
+
+inline constexpr glm::vec3 kNoColour(std::numeric_limits<float>::quiet_NaN()); // of a vertex or face without one
+inline bool is_no_colour(const glm::vec3 &c) { return std::isnan(c.x) && std::isnan(c.y) && std::isnan(c.z); }
 
 // What the numbers of colours are by their type: whole ones are never fractions of 1.
 enum class ColourNumbers : std::uint8_t { whole, any };
@@ -47,8 +52,8 @@ class ColourCounts {
     }
 
     // 1 where all but a hundredth of the colours that are not black are at most 1. If some are no whole numbers, values
-    // up to 2 are overshoot of a filter or of rounding. Then likewise 255 and 65535. `outside` counts colours beyond
-    // the range, which are clamped.
+    // up to 2 are overshoot of a filter or of rounding; and of fewer than 100 colours, half may be brighter than white.
+    // Then likewise 255 and 65535. `outside` counts colours beyond the range, which are clamped.
     ColourRange range(ColourNumbers numbers) const;
 
   private:
@@ -66,5 +71,8 @@ class ColourCounts {
 ColourRange range_of_words(std::uint64_t lit, std::uint64_t above_byte);
 
 ColourRange colour_range(std::span<const glm::vec3> colours, ColourNumbers numbers);
+
+// Colours of faces in this range; kNoColour becomes one that is not given.
+std::vector<FaceColour> face_colours(std::span<const glm::vec3> colours, const ColourRange &range);
 
 } // namespace pbm::build

@@ -3,6 +3,7 @@
 #include "pbm_scan/clouds/intensity.h"
 #include "pbm_scan/clouds/scan_grids.h"
 #include "pbm_scan/clouds/stations.h"
+#include "pbm_scan/conventions/colour_range.h"
 #include "pbm_scan/e57/e57_records.h"
 #include "pbm_scan/fields/field_column.h"
 #include "pbm_scan/surface/placeholders.h"
@@ -10,6 +11,7 @@
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
+#include "pbm_scan/text/text_number.h"
 
 #include <glm/common.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -170,14 +172,36 @@ class E57Reader {
 
     void take_colours(const E57Field &field, std::size_t at, std::span<const double> values) {
         const auto channel = static_cast<std::size_t>(static_cast<int>(field.role) - static_cast<int>(E57Role::red));
-        const double low = field.low.value_or(0), high = field.high.value_or(1);
-        counts_.wide_colours = counts_.wide_colours || low != 0 || high != 255;
-        const double factor = 255 / (high - low);
-        for (std::size_t i = 0; i < values.size(); ++i) {
-            const double byte = (values[i] - low) * factor + 0.5;
-            surface_.colours[at + i][channel] =
-                byte >= 0 ? static_cast<std::uint8_t>(std::min(byte, 255.0)) : std::uint8_t{0};
+        if (!field.high) {
+            for (std::size_t i = 0; i < values.size(); ++i)
+                open_colours_[at - first_ + i][static_cast<int>(channel)] = static_cast<float>(values[i]);
+            return;
         }
+        counts_.wide_colours = counts_.wide_colours || *field.low != 0 || *field.high != 255;
+        const double factor = 255 / (*field.high - *field.low);
+        for (std::size_t i = 0; i < values.size(); ++i)
+            surface_.colours[at + i][channel] = colour_byte((values[i] - *field.low) * factor);
+    }
+
+    static std::uint8_t colour_byte(double value) {
+        return value + 0.5 >= 0 ? static_cast<std::uint8_t>(std::min(value + 0.5, 255.0)) : std::uint8_t{0};
+    }
+
+    // Colours of fields without limits have the range of nearly all.
+    void convert_open_colours(const E57Scan &scan) {
+        const ColourRange range = colour_range(open_colours_, ColourNumbers::any);
+        open_ranges_.emplace_back(&scan, range);
+        if (range.white == 0) {
+            std::fill(surface_.colours.begin() + static_cast<std::ptrdiff_t>(first_), surface_.colours.end(),
+                      options_.default_material.colour);
+            return;
+        }
+        const double factor = static_cast<double>(range.factor());
+        for (int channel = 0; channel < 3; ++channel)
+            if (!scan.field(static_cast<E57Role>(static_cast<int>(E57Role::red) + channel))->high)
+                for (std::size_t i = 0; i < open_colours_.size(); ++i)
+                    surface_.colours[first_ + i][static_cast<std::size_t>(channel)] =
+                        colour_byte(static_cast<double>(open_colours_[i][channel]) * factor);
     }
 
     Status read_scan(const E57Scan &scan) {
@@ -195,6 +219,7 @@ class E57Reader {
             surface_.normals.resize(count, glm::vec3(0.0F));
         for (const auto &column : columns_)
             column.second.resize(count);
+        open_colours_.assign(scan.has_open_colours() ? count - first_ : 0, glm::vec3(0));
         const bool has_states = scan.field(cartesian_ ? E57Role::cartesian_state : E57Role::spherical_state) != nullptr;
         states_.assign(has_states ? count - first_ : 0, 0);
         colourless_.assign(scan.field(E57Role::colour_state) != nullptr ? count - first_ : 0, 0);
@@ -220,6 +245,8 @@ class E57Reader {
                  "it has points beyond the " + std::to_string(scan.records) + " that the XML section counts"});
         if (!cartesian_)
             from_spherical();
+        if (!open_colours_.empty())
+            convert_open_colours(scan);
         if (!colourless_.empty() && colours_)
             remove_colours();
         if (has_states)
@@ -359,6 +386,8 @@ class E57Reader {
         if (role <= E57Role::blue) {
             if (!scan.has_colours())
                 return {field.name, dropped, "a colour needs red, green and blue"};
+            if (!field.high)
+                return open_colour_outcome(field, scan);
             return counts_.wide_colours ? AttributeReport{field.name, converted, "sRGB, from its limits to 8 bits"}
                                         : AttributeReport{field.name, kept, "sRGB"};
         }
@@ -375,6 +404,17 @@ class E57Reader {
             return scan.has_normals() ? AttributeReport{field.name, kept, normals_note()}
                                       : AttributeReport{field.name, dropped, "a normal needs three numbers"};
         return {field.name, triangulated_.fate, triangulated_.note}; // rows and columns
+    }
+
+    AttributeReport open_colour_outcome(const E57Field &field, const E57Scan &scan) const {
+        const auto found = std::find_if(open_ranges_.begin(), open_ranges_.end(),
+                                        [&](const auto &known) { return known.first == &scan; });
+        const ColourRange range = found == open_ranges_.end() ? ColourRange{} : found->second;
+        if (range.white == 0)
+            return {field.name, Fate::dropped, "nearly all are above 65,535: these are no colours"};
+        return {field.name, Fate::converted,
+                "sRGB, from 0.." + number_text(static_cast<double>(range.white)) +
+                    " to 8 bits: the file has no limits of them" + range.note()};
     }
 
     std::string normals_note() const {
@@ -455,6 +495,7 @@ class E57Reader {
     const ReadOptions &options_;
     Surface surface_;
     Counts counts_;
+    std::vector<std::pair<const E57Scan *, ColourRange>> open_ranges_; // of scans whose colours have no limits
     Placeholders placeholders_;
     bool has_colours_ = false, has_normals_ = false;                // in one of the scans
     bool has_turns_ = false;                                        // the pose of a scan turns it
@@ -468,9 +509,10 @@ class E57Reader {
     // Of the scan that is read:
     std::size_t first_ = 0; // its first position
     bool cartesian_ = false, colours_ = false, normals_ = false;
-    Bytes states_;                  // [records] 1: a direction only, 2: invalid; or empty
-    Bytes colourless_;              // [records] 1: no colour; or empty
-    std::vector<glm::dvec2> cells_; // [records] row and column; or empty
+    Bytes states_;                        // [records] 1: a direction only, 2: invalid; or empty
+    Bytes colourless_;                    // [records] 1: no colour; or empty
+    std::vector<glm::vec3> open_colours_; // [records] of fields without limits; or empty
+    std::vector<glm::dvec2> cells_;       // [records] row and column; or empty
 };
 
 } // namespace

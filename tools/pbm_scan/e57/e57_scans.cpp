@@ -94,8 +94,11 @@ Result<E57Field> describe_field(const E57Element &element) {
             return status.error();
         const double first = static_cast<double>(field.minimum) * field.scale + field.offset;
         const double last = static_cast<double>(field.maximum) * field.scale + field.offset;
-        field.low = std::min(first, last);
-        field.high = std::max(first, last);
+        constexpr int kWithoutLimits = 64;
+        if (field.bits < kWithoutLimits) {
+            field.low = std::min(first, last);
+            field.high = std::max(first, last);
+        }
     } else if (type == "Float") {
         const std::string_view precision = element.attribute("precision").value_or("double");
         if (precision != "single" && precision != "double")

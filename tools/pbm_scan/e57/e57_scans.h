@@ -7,6 +7,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -51,7 +52,7 @@ struct E57Field {
     std::int64_t minimum = 0;        // of an integer: the stream holds the difference to it
     std::int64_t maximum = 0;        // of an integer
     double scale = 1, offset = 0;    // of a scaled integer
-    std::optional<double> low, high; // the values of black and white, of a field of colours
+    std::optional<double> low, high; // the values of black and white, of a field of colours; absent: the file has none
 };
 
 struct E57Scan {
@@ -72,6 +73,13 @@ struct E57Scan {
     bool is_cartesian() const { return has_all({E57Role::x, E57Role::y, E57Role::z}); }
     bool is_spherical() const { return has_all({E57Role::range, E57Role::azimuth, E57Role::elevation}); }
     bool has_colours() const { return has_all({E57Role::red, E57Role::green, E57Role::blue}); }
+    // Whether one of its fields of colours has no limits.
+    bool has_open_colours() const {
+        const auto is_open = [](const E57Field &f) {
+            return f.role >= E57Role::red && f.role <= E57Role::blue && !f.high;
+        };
+        return has_colours() && std::any_of(fields.begin(), fields.end(), is_open);
+    }
     bool has_normals() const { return has_all({E57Role::nx, E57Role::ny, E57Role::nz}); }
 };
 

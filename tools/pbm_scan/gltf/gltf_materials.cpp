@@ -1,8 +1,10 @@
 #include "pbm_scan/gltf/gltf_materials.h"
 
 #include "pbm_format/model/point_values.h"
+#include "pbm_scan/conventions/colour_range.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
+#include "pbm_scan/text/text_number.h"
 
 #include <algorithm>
 #include <array>
@@ -23,11 +25,21 @@ std::uint8_t to_srgb(float linear) {
     return linear_to_srgb(static_cast<std::uint32_t>(std::clamp(linear, 0.0F, 1.0F) * kWhite + 0.5F));
 }
 
-glm::vec4 factor_of(const Json *values) {
+// `white`: of its colour.
+glm::vec4 factor_of(const Json *values, double white = 1) {
     glm::vec4 factor(1);
-    for (std::size_t i = 0; i < 4; ++i)
-        factor[static_cast<int>(i)] = static_cast<float>(std::clamp(number_of(item(values, i), 1), 0.0, 1.0));
+    for (std::size_t i = 0; i < 4; ++i) {
+        const double number = number_of(item(values, i), i < 3 ? white : 1);
+        factor[static_cast<int>(i)] = static_cast<float>(std::clamp(i < 3 ? number / white : number, 0.0, 1.0));
+    }
     return factor;
+}
+
+// The factor of a material's colour, or null.
+const Json *colour_factor(const Json &material) {
+    const Json *const glossy = member(member(&material, "extensions"), "KHR_materials_pbrSpecularGlossiness");
+    return glossy != nullptr ? member(glossy, "diffuseFactor")
+                             : member(member(&material, "pbrMetallicRoughness"), "baseColorFactor");
 }
 
 // KHR_texture_transform: scaled, turned, moved.
@@ -53,6 +65,23 @@ const Json *emission_of(const Json &material, const glm::vec4 &factor, bool has_
 }
 
 } // namespace
+
+GltfMaterials::GltfMaterials(GltfDocument &document, const Material &default_material, Surface &surface,
+                             std::vector<AttributeReport> &report)
+    : document_(document), default_material_(default_material), images_(surface, report), report_(report) {
+    const Json *const materials = document_.root("materials");
+    ColourCounts counts;
+    for (std::size_t i = 0; i < items(materials); ++i)
+        if (const Json *const factor = colour_factor(*item(materials, i)); items(factor) >= 3)
+            counts.add(
+                glm::vec3(number_of(item(factor, 0), 1), number_of(item(factor, 1), 1), number_of(item(factor, 2), 1)));
+    const ColourRange range = counts.range(ColourNumbers::any);
+    if (range.white > 1) {
+        white_ = range.white;
+        report_.push_back({"factors of colours", Fate::converted,
+                           "in 0.." + number_text(static_cast<double>(white_)) + ", not in 0..1 as glTF has them"});
+    }
+}
 
 std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use) {
     const Json *const described = item(document_.root("images"), image);
@@ -123,11 +152,9 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
     const Json *const extensions = member(described, "extensions");
     const Json *const glossy = member(extensions, "KHR_materials_pbrSpecularGlossiness");
     const Json *const metallic = member(described, "pbrMetallicRoughness");
-    const Json *const colour =
-        glossy != nullptr ? member(glossy, "diffuseFactor") : member(metallic, "baseColorFactor");
     const Json *const image =
         glossy != nullptr ? member(glossy, "diffuseTexture") : member(metallic, "baseColorTexture");
-    made.factor = factor_of(colour);
+    made.factor = factor_of(colour_factor(*described), static_cast<double>(white_));
     const Json *const emission = emission_of(*described, made.factor, image != nullptr);
     if (emission != nullptr) {
         made.factor = glm::vec4(glm::vec3(factor_of(emission)), made.factor.w);

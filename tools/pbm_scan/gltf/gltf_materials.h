@@ -30,8 +30,7 @@ class GltfMaterials {
   public:
     // Images are added to `surface`; `report` gets a line for each image and for what is dropped.
     GltfMaterials(GltfDocument &document, const Material &default_material, Surface &surface,
-                  std::vector<AttributeReport> &report)
-        : document_(document), default_material_(default_material), images_(surface, report), report_(report) {}
+                  std::vector<AttributeReport> &report);
 
     // The material of this number; absent: the default one.
     const GltfMaterial &get(std::optional<std::size_t> index);
@@ -47,6 +46,7 @@ class GltfMaterials {
     TextureImages images_;
     std::vector<AttributeReport> &report_;
     std::map<std::size_t, GltfMaterial> known_;
+    float white_ = 1; // in factors of colours; more where the file counts in bytes
     bool has_unlit_ = false, has_double_sided_ = false;
 };
 

@@ -427,6 +427,26 @@ Status GltfPrimitives::morph(Reading &reading, GltfPrimitive &out) {
     return {};
 }
 
+ColourRange GltfPrimitives::colour_range() const {
+    ColourCounts counts;
+    const auto is_bright = [](float channel) { return channel > 1; };
+    const auto for_colours = [this](const auto &use) {
+        for (const auto &[key, primitives] : meshes_)
+            for (const GltfPrimitive &primitive : primitives)
+                use(primitive.colours);
+    };
+    bool has_bright = false; // opacities included
+    for_colours([&](const std::vector<float> &colours) {
+        has_bright = has_bright || std::any_of(colours.begin(), colours.end(), is_bright);
+    });
+    if (has_bright)
+        for_colours([&](const std::vector<float> &colours) {
+            for (std::size_t i = 0; i < colours.size(); i += 4)
+                counts.add({colours[i], colours[i + 1], colours[i + 2]});
+        });
+    return counts.range(ColourNumbers::any);
+}
+
 void GltfPrimitives::report_loose() {
     std::uint64_t loose = 0;
     for (const auto &[accessor, vertices] : shared_)

@@ -2,6 +2,7 @@
 // Based on: Khronos Group. glTF 2.0 Specification. 2021 (section 3.7)
 #pragma once
 
+#include "pbm_scan/conventions/colour_range.h"
 #include "pbm_scan/gltf/gltf_document.h"
 #include "pbm_scan/gltf/gltf_materials.h"
 #include "pbm_scan/surface/surface.h"
@@ -45,6 +46,9 @@ class GltfPrimitives {
 
     // Reports Gaussian splats, if there are any. Call it last.
     void report_splats();
+
+    // That of COLOR_0 of all primitives read so far.
+    ColourRange colour_range() const;
 
     // Reports vertices of shared accessors that no primitive names. Call it last.
     void report_loose();

@@ -8,6 +8,7 @@
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
+#include "pbm_scan/text/text_number.h"
 
 #include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
@@ -86,6 +87,10 @@ class GltfReader {
         if (!scene)
             return scene.error();
         const std::vector<ShownMesh> &shown = scene->shown();
+        for (const ShownMesh &mesh : shown) // each is read once, and kept
+            if (const auto read = primitives_.of_mesh(mesh.mesh, mesh.weights, mesh.skin.has_value()); !read)
+                return read.error();
+        colour_range_ = primitives_.colour_range();
         // Points go behind all triangles.
         for (const bool points : {false, true}) {
             const std::size_t before = surface_.positions.size();
@@ -243,6 +248,7 @@ class GltfReader {
             set_texture(surface_, surface_.triangles.size() - 1, is_textured ? primitive.material->texture : plain,
                         corners);
         }
+        surface_.has_facets = surface_.has_facets || (primitive.normals.empty() && !primitive.triangles.empty());
         surface_.dropped_triangles += primitive.degenerate;
     }
 
@@ -255,10 +261,11 @@ class GltfReader {
         materials_of_.resize(surface_.positions.size(), static_cast<std::uint16_t>(number));
         has_colours_ = has_colours_ || !primitive.colours.empty() || material.texture != Surface::kNoTexture;
         constexpr float kWhite = 65535;
+        const bool has_own = !primitive.colours.empty() && colour_range_.white > 0;
         for (std::size_t i = first; i < surface_.positions.size(); ++i) {
             Rgb8 colour{};
             for (std::size_t c = 0; c < 3; ++c) {
-                const float own = primitive.colours.empty() ? 1 : primitive.colours[4 * (i - first) + c];
+                const float own = !has_own ? 1 : primitive.colours[4 * (i - first) + c] / colour_range_.white;
                 const float linear = material.factor[static_cast<int>(c)] * own;
                 colour[c] =
                     linear_to_srgb(static_cast<std::uint32_t>(linear > 0 ? std::min(linear, 1.0F) * kWhite + 0.5F : 0));
@@ -304,11 +311,24 @@ class GltfReader {
         if (has_normals_)
             kept("NORMAL", "normals");
         if (has_vertex_colours_)
-            surface_.report.push_back({"COLOR_0", Fate::converted, "sRGB, 8 bits, times the material's factor"});
+            report_colours();
         if (has_places_ && !surface_.texture_ids.empty())
             report_textures(surface_);
         surface_.report.insert(surface_.report.end(), report_.begin(), report_.end());
         return finished(std::move(surface_), options_);
+    }
+
+    void report_colours() {
+        constexpr const char *kName = "COLOR_0", *kNote = "sRGB, 8 bits, times the material's factor";
+        const ColourRange &range = colour_range_;
+        if (range.white == 0)
+            surface_.report.push_back({kName, Fate::dropped, "nearly all are above 65,535: these are no colours"});
+        else
+            surface_.report.push_back({kName, Fate::converted,
+                                       (range.white > 1 ? "in 0.." + number_text(static_cast<double>(range.white)) +
+                                                              ", not in 0..1 as glTF has them; "
+                                                        : "") +
+                                           kNote + range.note()});
     }
 
     void finish_materials() {
@@ -341,6 +361,7 @@ class GltfReader {
     std::vector<AttributeReport> report_;
     GltfMaterials materials_;
     GltfPrimitives primitives_;
+    ColourRange colour_range_;
     std::vector<std::uint16_t> materials_of_; // [vertices]
     bool has_colours_ = false, has_vertex_colours_ = false, has_factor_ = false, has_normals_ = false,
          has_skins_ = false, has_places_ = false;

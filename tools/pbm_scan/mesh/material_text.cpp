@@ -1,6 +1,8 @@
 #include "pbm_scan/mesh/material_text.h"
 
+#include "pbm_scan/conventions/colour_range.h"
 #include "pbm_scan/text/text_lines.h"
+#include "pbm_scan/text/text_number.h"
 #include "pbm_scan/text/words.h"
 
 #include <algorithm>
@@ -78,6 +80,8 @@ MaterialImage read_image_statement(std::string_view words, std::vector<std::stri
     return image;
 }
 
+constexpr const char *kColourLine = "Kd of materials";
+
 double unit(double value) { return std::clamp(value, 0.0, 1.0); }
 
 // One statement of the current material; false if it makes no sense.
@@ -91,9 +95,8 @@ bool read_statement(std::string_view word, std::string_view words, NamedMaterial
     if (keyword == "kd") {
         if (!read_numbers(words, three))
             return false;
-        for (std::size_t i = 0; i < 3; ++i)
-            material.colour[i] = static_cast<std::uint8_t>(unit(three[i]) * 255 + 0.5);
-        once("Kd of materials", Fate::kept, "their colours, sRGB, 8 bits");
+        named.colour = glm::dvec3(three[0], three[1], three[2]);
+        once(kColourLine, Fate::kept, "their colours, sRGB, 8 bits");
     } else if (keyword == "ks") {
         if (!read_numbers(words, three))
             return false;
@@ -134,6 +137,29 @@ bool read_statement(std::string_view word, std::string_view words, NamedMaterial
 }
 
 } // namespace
+
+void finish_colours(std::span<NamedMaterial> materials, std::vector<AttributeReport> &report) {
+    std::vector<glm::vec3> colours;
+    for (const NamedMaterial &named : materials)
+        if (named.colour)
+            colours.emplace_back(*named.colour);
+    if (colours.empty())
+        return;
+    const ColourRange range = colour_range(colours, ColourNumbers::any);
+    const double white = range.white > 0 ? static_cast<double>(range.white) : 1;
+    for (NamedMaterial &named : materials)
+        for (int i = 0; i < 3 && named.colour; ++i)
+            named.material.colour[static_cast<std::size_t>(i)] =
+                static_cast<std::uint8_t>(unit((*named.colour)[i] / white) * 255 + 0.5);
+    const auto line = std::find_if(report.begin(), report.end(), [](const auto &l) { return l.name == kColourLine; });
+    if (line == report.end())
+        return;
+    if (white > 1) {
+        line->fate = Fate::converted;
+        line->note = "their colours, in 0.." + number_text(white) + ", to sRGB of 8 bits";
+    }
+    line->note += range.note();
+}
 
 void read_materials(std::string_view text, const Material &default_material, std::vector<NamedMaterial> &materials,
                     std::vector<AttributeReport> &report) {

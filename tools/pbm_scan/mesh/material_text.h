@@ -5,7 +5,10 @@
 #include "pbm_scan/surface/surface.h"
 
 #include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,11 +30,12 @@ struct MaterialImage {
 
 struct NamedMaterial {
     std::string name;
-    Material material;
+    Material material; // without `colour`
     MaterialImage image{};
     MaterialImage opacity_image{};
     bool is_opacity_inverted = false; // white is transparent: `map_Tr`
     float opacity = 1;                // `d`, 1 - `Tr`
+    std::optional<glm::dvec3> colour{}; // `Kd` as in the file
 };
 
 // Appends the materials of a file to `materials`, and a line to `report` for each statement that is not kept as it is.
@@ -43,5 +47,9 @@ struct NamedMaterial {
 // Values that the file does not set are those of `default_material`. Statements that make no sense are dropped.
 void read_materials(std::string_view text, const Material &default_material, std::vector<NamedMaterial> &materials,
                     std::vector<AttributeReport> &report);
+
+// Converts the colours of all files of a scan, whose range is that of nearly all (colour_range.h), to those of the
+// materials.
+void finish_colours(std::span<NamedMaterial> materials, std::vector<AttributeReport> &report);
 
 } // namespace pbm::build

@@ -7,8 +7,10 @@
 
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,34 +38,45 @@ inline void keep_normals(Surface &surface, std::string note) {
     surface.report.push_back({"normals", Fate::kept, std::move(note)});
 }
 
-inline constexpr glm::vec3 kNoColour(std::numeric_limits<float>::quiet_NaN()); // of a vertex without one
-
-// `colours`: of the vertices, in any range (colour_range.h). `of_faces`: what became of face colours, empty if they are
-// the vertices' own. `colour_without(vertex)`: the colour of a vertex that has kNoColour.
-template <class ColourWithout>
-void keep_colours(const std::vector<glm::vec3> &colours, const std::string &of_faces, Surface &surface,
-                  const ColourWithout &colour_without) {
-    if (colours.empty())
-        return;
+// Reports colours of vertices or faces, and returns their range. Nothing: they are no colours. `of`: "vertex" or
+// "triangle".
+inline std::optional<ColourRange> report_colours(const char *name, const char *of, std::span<const glm::vec3> colours,
+                                                 Surface &surface) {
     const ColourRange range = colour_range(colours, ColourNumbers::any);
-    const char *name = of_faces.empty() ? "vertex colours" : "face colours";
     if (range.white == 0) {
         surface.report.push_back({name, Fate::dropped, "nearly all are above 65,535: these are no colours"});
-        return;
+        return std::nullopt;
     }
-    std::uint64_t without = 0;
-    surface.colours.reserve(colours.size());
-    for (const glm::vec3 &c : colours) {
-        const bool has_none = std::isnan(c.x) && std::isnan(c.y) && std::isnan(c.z);
-        without += has_none ? 1U : 0U;
-        surface.colours.push_back(has_none ? colour_without(surface.colours.size()) : colour_bytes(c, range.factor()));
-    }
-    std::string note = of_faces.empty() ? range.white == 65535 ? "sRGB, 16 bits to 8" : "sRGB, 8 bits" : of_faces;
+    std::string note = range.white == 65535 ? "sRGB, 16 bits to 8" : "sRGB, 8 bits";
     note += range.note();
-    if (without != 0)
-        note += "; " + counted(without, "vertex") + " without one " + (without == 1 ? "has" : "have") +
-                " that of the material";
-    surface.report.push_back({name, of_faces.empty() ? Fate::kept : Fate::converted, std::move(note)});
+    if (const auto without = std::count_if(colours.begin(), colours.end(), is_no_colour); without != 0)
+        note += "; " + counted(static_cast<std::uint64_t>(without), of) + " without one " +
+                (without == 1 ? "has" : "have") + " that of the material";
+    surface.report.push_back({name, Fate::kept, std::move(note)});
+    return range;
+}
+
+// `colours`: of the vertices, in any range (colour_range.h). `colour_without(vertex)`: the colour of a vertex that has
+// kNoColour.
+template <class ColourWithout>
+void keep_colours(const std::vector<glm::vec3> &colours, Surface &surface, const ColourWithout &colour_without) {
+    if (colours.empty())
+        return;
+    const std::optional<ColourRange> range = report_colours("vertex colours", "vertex", colours, surface);
+    if (!range)
+        return;
+    surface.colours.reserve(colours.size());
+    for (const glm::vec3 &c : colours)
+        surface.colours.push_back(is_no_colour(c) ? colour_without(surface.colours.size())
+                                                  : colour_bytes(c, range->factor()));
+}
+
+// `colours`: of the triangles, in any range, or kNoColour.
+inline void keep_face_colours(std::span<const glm::vec3> colours, Surface &surface) {
+    if (colours.empty())
+        return;
+    if (const auto range = report_colours("face colours", "triangle", colours, surface))
+        surface.face_colours = face_colours(colours, *range);
 }
 
 } // namespace pbm::build

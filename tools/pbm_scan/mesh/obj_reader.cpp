@@ -9,6 +9,7 @@
 #include "pbm_scan/text/encoding.h"
 #include "pbm_scan/text/text_lines.h"
 #include "system/files/mapped_file.h"
+#include "system/free_memory.h"
 
 #include <algorithm>
 #include <iterator>
@@ -97,6 +98,7 @@ MaterialFiles read_material_files(std::span<const NamedFile> files, const Materi
             lay_alike(found.materials[i], found.report);
         }
     }
+    finish_colours(found.materials, found.report);
     return found;
 }
 
@@ -163,11 +165,16 @@ class ObjFaces {
 
     void run(const std::function<void(double)> &progress) {
         PolygonTriangulator triangulator;
-        std::size_t run = 0, first = 0;
+        std::size_t run = 0, first = 0, smoothing_run = 0;
+        std::uint32_t group = 0; // as the format says for faces before the first statement
         select(kNoMaterial);
         for (std::size_t face = 0; face < text_.face_sizes.size(); ++face) {
             for (; run < text_.material_runs.size() && text_.material_runs[run].first_face <= face; ++run)
                 select(text_.material_runs[run].material);
+            for (;
+                 smoothing_run < text_.smoothing_runs.size() && text_.smoothing_runs[smoothing_run].first_face <= face;
+                 ++smoothing_run)
+                group = text_.smoothing_runs[smoothing_run].group;
             const auto corners = std::span(text_.corners).subspan(first, text_.face_sizes[face]);
             const std::size_t before = surface_.triangles.size();
             surface_.dropped_triangles += triangulator.triangulate(corners, surface_.positions, surface_.triangles);
@@ -177,6 +184,8 @@ class ObjFaces {
                     if (const std::uint32_t normal = text_.corner_normals[first + i]; normal != ObjText::kNone)
                         copies_.add_normal(corners[i], text_.normals[normal]);
             copies_.apply(corners, material_, std::span(surface_.triangles).subspan(before));
+            if (!text_.smoothing_runs.empty())
+                surface_.smoothing_groups.resize(surface_.triangles.size(), group == 0 ? Surface::kFlat : group);
             first += corners.size();
             constexpr std::size_t kReported = 1 << 16;
             if (progress && (face % kReported == 0 || face + 1 == text_.face_sizes.size()))
@@ -255,6 +264,30 @@ class ObjFaces {
     const MaterialImage *image_ = nullptr;
 };
 
+// Smoothing groups count where corners have no normals.
+void keep_smoothing(Surface &surface) {
+    if (surface.smoothing_groups.empty())
+        return;
+    std::vector<std::uint32_t> &groups = surface.smoothing_groups;
+    const bool has_normals = !surface.normals.empty() && std::find(surface.normals.begin(), surface.normals.end(),
+                                                                   glm::vec3(0.0F)) == surface.normals.end();
+    if (has_normals) {
+        surface.report.push_back({"smoothing groups", Fate::kept, "as the normals have it"});
+        free_memory(groups);
+        return;
+    }
+    const auto flat = static_cast<std::size_t>(std::count(groups.begin(), groups.end(), Surface::kFlat));
+    surface.report.push_back({"smoothing groups", Fate::kept,
+                              flat == groups.size()
+                                  ? "all faces are flat; --crease-angle shades them smoothly"
+                                  : counted(flat, "triangle") + " of " + std::to_string(groups.size()) +
+                                        " flat, others smooth within their group; --crease-angle overrules them"});
+    if (flat != groups.size())
+        return;
+    surface.crease_angle = 0;
+    free_memory(groups);
+}
+
 // More materials than a model holds become colours of vertices.
 void keep_materials(std::vector<std::uint16_t> of_vertices, const std::vector<Material> &materials, Surface &surface) {
     if (materials.size() == 1)
@@ -313,7 +346,8 @@ Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options) {
     ObjFaces faces(*text, materials, images, surface);
     faces.run(part(0.7, 1));
     keep_normals(surface, surface.vertex_copies == 0 ? "normals" : "each corner has its own");
-    keep_colours(text->colours, "", surface, [&](std::size_t vertex) {
+    keep_smoothing(surface);
+    keep_colours(text->colours, surface, [&](std::size_t vertex) {
         const std::vector<std::uint16_t> &of_vertices = faces.materials();
         const bool has_one = vertex < of_vertices.size() && of_vertices[vertex] != kNoMaterial;
         return materials.used()[has_one ? of_vertices[vertex] : 0].colour;

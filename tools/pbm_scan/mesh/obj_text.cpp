@@ -450,9 +450,30 @@ class ObjParser {
         out_.material_runs.push_back({out_.face_sizes.size(), found->second});
     }
 
+    // "s 3", "s off"
+    void use_smoothing(std::string_view word) {
+        const std::optional<std::uint32_t> group = same_word(word, "off")  ? 0
+                                                   : same_word(word, "on") ? 1
+                                                                           : parse_all<std::uint32_t>(word);
+        if (!group)
+            drop_once(out_.report, "smoothing groups that are no numbers", "the one before them holds on");
+        else
+            add_smoothing({out_.face_sizes.size(), std::min(*group, Surface::kFlat - 1)});
+    }
+
+    void add_smoothing(const SmoothingRun &run) {
+        std::vector<SmoothingRun> &runs = out_.smoothing_runs;
+        if (!runs.empty() && runs.back().first_face == run.first_face)
+            runs.back() = run;
+        else if (runs.empty() || runs.back().group != run.group)
+            runs.push_back(run);
+    }
+
     Status other(std::string_view keyword) {
         constexpr std::uint64_t kMaxNamed = 16; // a file may name a million
-        if (keyword == "mtllib") {
+        if (keyword == "s") {
+            use_smoothing(lines_.word());
+        } else if (keyword == "mtllib") {
             if (const std::string_view names = lines_.trimmed_rest();
                 !names.empty() && out_.material_lines.size() < kMaxFurtherFiles)
                 out_.material_lines.emplace_back(names);

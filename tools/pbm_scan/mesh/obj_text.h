@@ -22,6 +22,12 @@ struct MaterialRun {
 };
 inline constexpr std::uint16_t kNoMaterial = std::numeric_limits<std::uint16_t>::max();
 
+// The smoothing group of the faces from `first_face` on: 0 where they are flat.
+struct SmoothingRun {
+    std::size_t first_face = 0;
+    std::uint32_t group = 0;
+};
+
 struct ObjText {
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
@@ -38,7 +44,8 @@ struct ObjText {
     std::uint64_t dropped_faces = 0;                            // of fewer than three different corners
     std::vector<std::string> materials;                         // by name, at most kNoMaterial
     std::vector<MaterialRun> material_runs;
-    std::vector<std::string> material_lines; // what `mtllib` names, a line each; at most kMaxFurtherFiles
+    std::vector<SmoothingRun> smoothing_runs; // empty: the file has no statement `s`
+    std::vector<std::string> material_lines;  // what `mtllib` names, a line each; at most kMaxFurtherFiles
     std::vector<AttributeReport> report;
 };
 

@@ -4,8 +4,6 @@
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
 
-#include <glm/vec4.hpp>
-
 #include <bit>
 #include <optional>
 
@@ -89,6 +87,7 @@ class OffSurface {
     // `rest`: the numbers behind the corners: none, an index into a table of colours that is not in the file, or a
     // colour.
     void add_face(std::span<const std::uint32_t> corners, std::span<const double> rest) {
+        const std::size_t first = surface_.triangles.size();
         surface_.dropped_triangles += triangulator_.triangulate(corners, surface_.positions, surface_.triangles);
         if (rest.size() == 1 || rest.size() == 2)
             drop_once(report_, "colour indices of faces", "the table of colours is not in the file");
@@ -99,9 +98,8 @@ class OffSurface {
             return;
         }
         note_opacity(rest);
-        face_colours_.resize(surface_.positions.size(), glm::vec4(0.0F));
-        for (const std::uint32_t corner : corners)
-            face_colours_[corner] += glm::vec4(rest[0], rest[1], rest[2], 1);
+        face_colours_.resize(first, kNoColour);
+        face_colours_.resize(surface_.triangles.size(), glm::vec3(rest[0], rest[1], rest[2]));
     }
 
     // `bytes_behind`: the last face.
@@ -111,21 +109,19 @@ class OffSurface {
             surface_.report.push_back({"faces", Fate::kept, "polygons as triangles"});
         if (header_.has_texture)
             drop_once(report_, "texture coordinates", "no image belongs to them");
-        std::string note;
-        if (colours_.size() != surface_.positions.size()) {
-            if (!colours_.empty() || header_.has_colours)
-                drop_once(report_, "vertex colours", "not every vertex has one");
-            MeanColours means = mean_colours(face_colours_, "a coloured face");
-            colours_ = std::move(means.colours);
-            note = std::move(means.note);
+        if (colours_.size() != surface_.positions.size() && (!colours_.empty() || header_.has_colours)) {
+            drop_once(report_, "vertex colours", "not every vertex has one");
+            colours_.clear();
         }
+        if (!face_colours_.empty())
+            face_colours_.resize(surface_.triangles.size(), kNoColour);
         if (has_open_end)
             report_open_end(report_);
         report_trailing(report_, bytes_behind, "behind the last face");
         surface_.report.insert(surface_.report.end(), report_.begin(), report_.end());
         keep_normals(surface_, "normals");
-        keep_colours(colours_, colours_.empty() ? "" : note, surface_,
-                     [this](std::size_t) { return options_.default_material.colour; });
+        keep_colours(colours_, surface_, [this](std::size_t) { return options_.default_material.colour; });
+        keep_face_colours(face_colours_, surface_);
         return finished(std::move(surface_), options_);
     }
 
@@ -142,7 +138,7 @@ class OffSurface {
     Surface surface_;
     std::vector<AttributeReport> report_;
     std::vector<glm::vec3> colours_;      // of the vertices
-    std::vector<glm::vec4> face_colours_; // per vertex: sum of those of its faces, and how many
+    std::vector<glm::vec3> face_colours_; // of the triangles, or kNoColour; empty: no face has one
     PolygonTriangulator triangulator_;
 };
 

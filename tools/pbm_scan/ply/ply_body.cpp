@@ -1,5 +1,6 @@
 #include "pbm_scan/ply/ply_body.h"
 
+#include "pbm_scan/conventions/colour_range.h"
 #include "pbm_scan/ply/ply_columns.h"
 #include "pbm_scan/ply/ply_damage.h"
 #include "pbm_scan/ply/ply_source.h"
@@ -122,7 +123,6 @@ template <class Source> class BodyReader {
         body_.fields.resize(roles_.fields.size());
         for (std::vector<double> &field : body_.fields)
             field.resize(count);
-        allocate(body_.face_colours, roles_.face_colour[0]);
         allocate(body_.places, roles_.place[0]);
         allocate(place_of_, roles_.corner_places);
     }
@@ -395,12 +395,13 @@ template <class Source> class BodyReader {
         } else if (has_vertices_ || corners_.size() < 3) {
             body_.degenerate_triangles += triangulator_.triangulate(corners_, body_.positions, body_.triangles);
         } else {
-            waiting_.push_back({body_.triangles.size(), corners_.size()});
+            waiting_.push_back({body_.triangles.size(), corners_.size(), colour});
             waiting_corners_.insert(waiting_corners_.end(), corners_.begin(), corners_.end());
         }
-        if (!body_.face_colours.empty())
-            for (const std::uint32_t corner : corners_)
-                body_.face_colours[corner] += glm::vec4(colour, 1.0F);
+        if (roles_.face_colour[0] != nullptr) {
+            body_.face_colours.resize(before, kNoColour);
+            body_.face_colours.resize(body_.triangles.size(), colour);
+        }
         if (roles_.corner_places != nullptr || roles_.image != nullptr)
             add_places(before);
     }
@@ -423,13 +424,21 @@ template <class Source> class BodyReader {
 
     // Triangulates in the order of the faces, so that the result does not depend on the order of the elements.
     void triangulate_waiting() {
+        if (roles_.face_colour[0] != nullptr)
+            body_.face_colours.resize(body_.triangles.size(), kNoColour);
         if (waiting_.empty())
             return;
         const std::vector<glm::uvec3> others = std::exchange(body_.triangles, {});
+        const std::vector<glm::vec3> other_colours = std::exchange(body_.face_colours, {});
         std::size_t taken = 0, corner = 0;
         const auto take_until = [&](std::size_t end) {
-            body_.triangles.insert(body_.triangles.end(), others.begin() + static_cast<std::ptrdiff_t>(taken),
-                                   others.begin() + static_cast<std::ptrdiff_t>(end));
+            const auto append = [&](auto &to, const auto &from) {
+                if (!from.empty())
+                    to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(taken),
+                              from.begin() + static_cast<std::ptrdiff_t>(end));
+            };
+            append(body_.triangles, others);
+            append(body_.face_colours, other_colours);
             taken = end;
         };
         for (const WaitingPolygon &polygon : waiting_) {
@@ -437,6 +446,8 @@ template <class Source> class BodyReader {
             body_.degenerate_triangles += triangulator_.triangulate(
                 std::span(waiting_corners_).subspan(corner, polygon.corners), body_.positions, body_.triangles);
             corner += polygon.corners;
+            if (roles_.face_colour[0] != nullptr)
+                body_.face_colours.resize(body_.triangles.size(), polygon.colour);
         }
         take_until(others.size());
     }
@@ -500,6 +511,7 @@ template <class Source> class BodyReader {
     // Polygons of more than three corners that precede the vertices, and their concatenated corners.
     struct WaitingPolygon {
         std::size_t triangles_before, corners;
+        glm::vec3 colour;
     };
     std::vector<WaitingPolygon> waiting_;
     std::vector<std::uint32_t> waiting_corners_;

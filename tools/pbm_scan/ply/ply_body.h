@@ -5,7 +5,6 @@
 #include "pbm_scan/surface/surface.h"
 
 #include <glm/vec3.hpp>
-#include <glm/vec4.hpp>
 
 #include <array>
 #include <cstdint>
@@ -24,7 +23,7 @@ struct PlyBody {
     std::vector<float> material_ids; // as in the file, unchecked
     std::array<std::vector<std::uint8_t>, kByteAttributes.size()> bytes;
     std::array<std::vector<float>, 8> splat;      // PlyRoles::splat, as in the file; empty: absent, or a field
-    std::vector<glm::vec4> face_colours;          // sums over the faces at a vertex, as in the file; w: their number
+    std::vector<glm::vec3> face_colours;          // [triangles] as in the file, or kNoColour; empty: no face has one
     std::vector<glm::uvec3> triangles;            // indices in range, three different ones
     std::vector<std::uint32_t> grid_cells;        // of a range image, row by row: an index in range or kEmptyCell
     std::vector<std::array<double, 8>> materials; // ka kd ks power clr_r clr_g clr_b envmapfactor; NaN where absent

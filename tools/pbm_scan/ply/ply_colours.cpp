@@ -10,8 +10,16 @@
 namespace pbm::build {
 namespace {
 
-// `wide`: colours of vertices, or means over their faces.
-PlyOutcome convert_colours(PlyScalar type, std::vector<glm::vec3> &wide, Surface &surface) {
+// The widest of the three.
+PlyScalar type_of(const PlyRoles::Three &channels) {
+    PlyScalar type = PlyScalar::int8;
+    for (const PlyProperty *channel : channels)
+        type = std::max(type, channel->type);
+    return type;
+}
+
+// Finds the range of `wide`, the colours of vertices or faces; white 0: they are no colours.
+PlyOutcome find_range(PlyScalar type, std::vector<glm::vec3> &wide, ColourRange &range) {
     std::size_t not_finite = 0;
     for (glm::vec3 &colour : wide) {
         for (int i = 0; i < 3 && type == PlyScalar::int8; ++i)
@@ -19,12 +27,9 @@ PlyOutcome convert_colours(PlyScalar type, std::vector<glm::vec3> &wide, Surface
                 colour[i] += 256; // a byte that was declared with a sign
         not_finite += is_finite(glm::dvec3(colour)) ? 0U : 1U;
     }
-    const ColourRange range = colour_range(wide, is_float(type) ? ColourNumbers::any : ColourNumbers::whole);
+    range = colour_range(wide, is_float(type) ? ColourNumbers::any : ColourNumbers::whole);
     if (range.white == 0)
         return {Fate::dropped, "nearly all are above 65,535: these are no colours"};
-    surface.colours.reserve(wide.size());
-    for (const glm::vec3 &colour : wide)
-        surface.colours.push_back(colour_bytes(colour, range.factor()));
     std::string note =
         std::string(to_string(type)) + " in 0.." + number_text(static_cast<double>(range.white)) + " to sRGB of 8 bits";
     note += range.note();
@@ -48,20 +53,28 @@ PlyOutcome finish_colours(const PlyRoles &roles, PlyBody &body, Surface &surface
         return {Fate::kept, "sRGB, 8 bits"};
     if (roles.splat_colours)
         return convert_splat_colours(body.wide_colours, surface);
-    PlyScalar type = PlyScalar::int8; // the widest of the three
-    for (const PlyProperty *channel : roles.colour)
-        type = std::max(type, channel->type);
-    return convert_colours(type, body.wide_colours, surface);
+    ColourRange range;
+    PlyOutcome outcome = find_range(type_of(roles.colour), body.wide_colours, range);
+    if (range.white == 0)
+        return outcome;
+    surface.colours.reserve(body.wide_colours.size());
+    for (const glm::vec3 &colour : body.wide_colours)
+        surface.colours.push_back(colour_bytes(colour, range.factor()));
+    return outcome;
 }
 
 PlyOutcome finish_face_colours(const PlyRoles &roles, PlyBody &body, Surface &surface) {
-    MeanColours means = mean_colours(body.face_colours, "a face");
-    if (means.without == means.colours.size())
-        return {Fate::dropped, "no vertex belongs to a face"};
-    PlyOutcome outcome = convert_colours(roles.face_colour[0]->type, means.colours, surface);
-    if (outcome.fate != Fate::dropped)
-        outcome.note = means.note;
-    return outcome;
+    if (body.face_colours.empty())
+        return {Fate::dropped, "there are no faces"};
+    ColourRange range;
+    const PlyScalar type = type_of(roles.face_colour);
+    const PlyOutcome outcome = find_range(type, body.face_colours, range);
+    if (range.white == 0)
+        return outcome;
+    surface.face_colours = face_colours(body.face_colours, range);
+    if (type == PlyScalar::uint8)
+        return {Fate::kept, "each face has its own, sRGB, 8 bits"};
+    return {outcome.fate, "each face has its own, " + outcome.note};
 }
 
 } // namespace pbm::build

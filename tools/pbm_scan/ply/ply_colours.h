@@ -13,7 +13,7 @@ struct PlyOutcome {
     std::string note;
 };
 
-// Fill `surface.colours` from the colours of the vertices, or from the sums of the faces at each vertex.
+// Fill the colours of the vertices, or those of the faces, of `surface`.
 //
 // uchar is kept. For other types nearly all values determine the range (conventions/colour_range.h). Negative numbers
 // and NaN become 0, except for char, whose numbers are bytes declared with a sign. f_dc_0 f_dc_1 f_dc_2 of a Gaussian

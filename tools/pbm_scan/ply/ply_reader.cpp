@@ -205,7 +205,7 @@ Result<Outcomes> finish(const PlyHeader &header, const PlyRoles &roles, PlyBody 
                                               : finish_normals(body, surface);
     if (roles.colour[0] != nullptr)
         outcomes.colours = finish_colours(roles, body, surface);
-    if (!body.face_colours.empty())
+    if (roles.face_colour[0] != nullptr)
         outcomes.face_colours = finish_face_colours(roles, body, surface);
     if (!body.radii.empty())
         outcomes.radii = finish_radii(body, surface);

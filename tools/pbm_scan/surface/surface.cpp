@@ -108,18 +108,6 @@ std::size_t erase_vertices(Surface &surface, std::span<const std::uint8_t> remov
     return erased;
 }
 
-MeanColours mean_colours(std::span<const glm::vec4> sums, const char *face) {
-    MeanColours means;
-    for (const glm::vec4 &sum : sums) {
-        means.colours.push_back(sum.w > 0 ? glm::vec3(sum) / sum.w : glm::vec3(0.0F));
-        means.without += sum.w > 0 ? 0U : 1U;
-    }
-    means.note = "each vertex has the mean of its faces, sRGB, 8 bits";
-    if (means.without != 0)
-        means.note += "; " + std::to_string(means.without) + " vertices without " + face + " are black";
-    return means;
-}
-
 Rgb8 colour_bytes(const glm::vec3 &colour, float factor) {
     Rgb8 bytes{};
     for (int i = 0; i < 3; ++i) {

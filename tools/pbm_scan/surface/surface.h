@@ -8,7 +8,6 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
-#include <glm/vec4.hpp>
 
 #include <algorithm>
 #include <array>
@@ -21,6 +20,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 namespace pbm::build {
@@ -56,6 +56,13 @@ struct Texture {
 
 // Texture coordinates at the corners of a triangle: x to the right, y downwards, 1 at the image's opposite edge.
 using TextureCorners = std::array<glm::vec2, 3>;
+
+// The colour of a face, in place of those of its vertices.
+struct FaceColour {
+    Rgb8 colour{}; // sRGB
+    bool is_given = false;
+    bool operator==(const FaceColour &) const = default;
+};
 
 // The value of a field at a vertex; NaN: none.
 struct FieldValue {
@@ -95,6 +102,7 @@ struct Surface {
     std::vector<Texture> textures;
     std::vector<TextureCorners> texture_corners; // [triangles]; empty without textures
     std::vector<std::uint16_t> texture_ids;      // [triangles] < textures.size(), or kNoTexture; empty without textures
+    std::vector<FaceColour> face_colours;        // [triangles]; an image wins; empty: no face has a colour of its own
     std::array<std::vector<FieldValue>, kFieldSlots> field_values;   // by their number in ReadOptions::fields,
                                                                      // then in usual_fields
     std::array<std::optional<std::string>, kFieldSlots> field_units; // absent: the file has no such field
@@ -110,9 +118,14 @@ struct Surface {
     // Edges whose faces meet at this angle (radians) or more are creases; used where no normals are given. 0: each face
     // has its own normal. Absent: the angle follows from the shape (corner_normals.h).
     std::optional<double> crease_angle;
-    bool has_facets = false; // the format (STL) cannot say which edges are smooth
+    bool has_facets = false; // the file (STL, glTF without normals) does not say which edges are smooth
+
+    // [triangles] kFlat, or a number: edges are smooth between faces of one number, and between no others. 0: by
+    // `crease_angle`. Empty: all are 0.
+    std::vector<std::uint32_t> smoothing_groups;
 
     static constexpr std::uint16_t kNoTexture = std::numeric_limits<std::uint16_t>::max();
+    static constexpr std::uint32_t kFlat = std::numeric_limits<std::uint32_t>::max(); // the face has its own normal
 
     // In a surface with triangles: the number of points without a triangle. They are the last positions
     // (merge_surfaces.h).
@@ -164,6 +177,16 @@ template <class Visit, class... Surfaces> void for_vertex_attributes(Visit &&vis
 template <class Visit, class... Surfaces> void for_triangle_attributes(Visit &&visit, Surfaces &...surfaces) {
     visit(surfaces.texture_corners...);
     visit(surfaces.texture_ids...);
+    visit(surfaces.face_colours...);
+    visit(surfaces.smoothing_groups...);
+}
+
+// Gives one of these arrays `count` values; new triangles have no image, no colour and no smoothing group.
+template <class Value> void resize_for_triangles(std::vector<Value> &values, std::size_t count) {
+    if constexpr (std::is_same_v<Value, std::uint16_t>)
+        values.resize(count, Surface::kNoTexture);
+    else
+        values.resize(count);
 }
 
 inline void reverse_face(Surface &surface, std::size_t triangle) {
@@ -175,15 +198,6 @@ inline void reverse_faces(Surface &surface) {
     for (std::size_t i = 0; i < surface.triangles.size(); ++i)
         reverse_face(surface, i);
 }
-
-// Colours of vertices as means over their faces.
-struct MeanColours {
-    std::vector<glm::vec3> colours;
-    std::size_t without = 0; // vertices without a coloured face: black
-    std::string note;        // for the report
-};
-// `sums`: colours of the faces at each vertex, w: their number. `face`: "a face" or "a coloured face", for the note.
-MeanColours mean_colours(std::span<const glm::vec4> sums, const char *face);
 
 // colour x `factor`, rounded and clamped to 0..255; NaN becomes 0.
 Rgb8 colour_bytes(const glm::vec3 &colour, float factor);

@@ -35,23 +35,50 @@ template <class Is> bool all_are(std::span<const double> values, std::size_t col
 
 std::string numbered_column(std::size_t index) { return "column " + std::to_string(index + 1); }
 
-// Whether the last column is opaque everywhere or holds a few classes, while the fourth from behind holds other
-// numbers. Else the four are an intensity and a colour, as in PTS.
-bool is_opacity_or_label(std::span<const double> values, std::size_t columns) {
+// What the last four columns are, if all are whole numbers of 0..255.
+struct LastFour {
+    bool begin_with_colour = false; // an opacity or a label follows; else they are an intensity and a colour, as in PTS
+    bool is_sure = false;
+};
+
+LastFour judge_last_four(std::span<const double> values, std::size_t columns) {
     constexpr double kOpaque = 255, kMaxLabel = 31;
-    bool is_opaque = true, is_label = true, is_first_label = true;
+    const bool is_one_row = values.size() < 2 * columns;
+    bool is_constant = !is_one_row || values.back() == kOpaque, is_label = true, is_first_constant = true,
+         is_first_label = true, is_grey = true;
     for (std::size_t row = columns; row <= values.size(); row += columns) {
-        const double last = values[row - 1];
-        is_opaque = is_opaque && last == kOpaque;
-        is_label = is_label && last >= 0 && last <= kMaxLabel && last == std::floor(last);
-        is_first_label = is_first_label && values[row - 4] <= kMaxLabel;
+        const double first = values[row - 4], last = values[row - 1];
+        is_constant = is_constant && last == values[columns - 1];
+        is_first_constant = is_first_constant && first == values[columns - 4];
+        is_grey = is_grey && values[row - 3] == last && values[row - 2] == last;
+        is_label = is_label && last <= kMaxLabel;
+        is_first_label = is_first_label && first <= kMaxLabel;
     }
-    return is_opaque || (is_label && !is_first_label);
+    if (is_constant && is_grey && !is_first_constant) // points without colours, which have one grey
+        return {};
+    return {is_constant || (is_label && !is_first_label), is_constant};
 }
 
+// Whether the first column counts the rows from 0 or 1.
+bool counts_rows(std::span<const double> values, std::size_t columns) {
+    constexpr std::size_t kMinRows = 3;
+    if (columns < 4 || values.size() < kMinRows * columns || (values[0] != 0 && values[0] != 1))
+        return false;
+    for (std::size_t row = 1; row * columns < values.size(); ++row)
+        if (values[row * columns] != values[0] + static_cast<double>(row))
+            return false;
+    return true;
+}
+
+struct GuessedColumns {
+    std::vector<std::string> names;
+    std::string doubt{}; // what else they may be, for the report
+};
+
 // Names for columns without any.
-std::vector<std::string> guessed_names(std::span<const double> values, std::size_t columns) {
-    std::vector<std::string> names{"x", "y", "z"};
+GuessedColumns guess_columns(std::span<const double> values, std::size_t columns) {
+    GuessedColumns guess;
+    std::vector<std::string> &names = guess.names;
     const auto is_unit = [](double x, double y, double z) {
         const double squared = x * x + y * y + z * z;
         return squared == 0 || std::abs(squared - 1) < 0.02;
@@ -64,26 +91,44 @@ std::vector<std::string> guessed_names(std::span<const double> values, std::size
         const auto is_unit_range = [](double v) { return v >= 0 && v <= 1; };
         return is_unit_range(r) && is_unit_range(g) && is_unit_range(b);
     };
+    const bool has_colour_or_normal =
+        columns >= 6 && (all_are(values, columns, 3, is_colour) || all_are(values, columns, 3, is_unit));
+    if (!has_colour_or_normal && counts_rows(values, columns)) {
+        names.emplace_back("number");
+        guess.doubt = "; the first counts the rows";
+    }
+    names.insert(names.end(), {"x", "y", "z"});
+    const std::size_t first = names.size();
+    // Whether the columns from here on begin with a colour; all four of the last ones may be bytes.
+    const auto is_colour_at = [&](std::size_t at, std::size_t left) {
+        if (left == 3 && all_are(values, columns, at, is_fraction)) // as Open3D writes .xyzrgb
+            return true;
+        if (left < 3 || !all_are(values, columns, at, is_colour))
+            return false;
+        if (left != 4 || !all_are(values, columns, at + 1, is_colour))
+            return true;
+        const LastFour last = judge_last_four(values, columns);
+        if (!last.is_sure)
+            guess.doubt += last.begin_with_colour ? "; the last four may also be an intensity and a colour"
+                                                  : "; the last four may also be a colour and a measurement";
+        return last.begin_with_colour;
+    };
     bool has_normals = false, has_colours = false;
     while (names.size() < columns) {
         const std::size_t at = names.size(), left = columns - at;
         if (left >= 3 && !has_normals && all_are(values, columns, at, is_unit)) {
             names.insert(names.end(), {"nx", "ny", "nz"});
             has_normals = true;
-        } else if (!has_colours &&
-                   ((left >= 3 && all_are(values, columns, at, is_colour) &&
-                     (left != 4 || !all_are(values, columns, at + 1, is_colour) ||
-                      is_opacity_or_label(values, columns))) ||
-                    (left == 3 && all_are(values, columns, at, is_fraction)))) { // as Open3D writes .xyzrgb
+        } else if (!has_colours && is_colour_at(at, left)) {
             names.insert(names.end(), {"r", "g", "b"});
             has_colours = true;
-        } else if (at == 3 && (left == 1 || left == 4)) {
+        } else if (at == first && (left == 1 || left == 4)) {
             names.emplace_back("intensity");
         } else {
             names.push_back(numbered_column(at));
         }
     }
-    return names;
+    return guess;
 }
 
 class TextCloud {
@@ -104,8 +149,12 @@ class TextCloud {
         if (columns_ == 0)
             return bad_input("the text has no row of three numbers or more: it is no table of points");
         const bool is_guess = names_.empty();
-        if (is_guess)
-            names_ = guessed_names(values_, columns_);
+        std::string doubt;
+        if (is_guess) {
+            GuessedColumns guess = guess_columns(values_, columns_);
+            names_ = std::move(guess.names);
+            doubt = std::move(guess.doubt);
+        }
         std::vector<ColumnRole> roles = roles_of(names_);
         for (const ColumnRole axis : {ColumnRole::x, ColumnRole::y, ColumnRole::z})
             if (std::find(roles.begin(), roles.end(), axis) == roles.end())
@@ -123,7 +172,8 @@ class TextCloud {
         if (!options_.columns.empty())
             surface.report.push_back({"columns", Fate::kept, "as --columns names them"});
         if (is_guess && columns_ > 3)
-            surface.report.push_back({"columns", Fate::converted, "guessed as " + listed(names_)});
+            surface.report.push_back(
+                line_of(Warning::guessed_columns, "columns", "guessed as " + listed(names_) + doubt));
         if (style_.decimal_comma)
             surface.report.push_back({"decimal sign", Fate::kept, "a comma"});
         if (empty_cells_ != 0)

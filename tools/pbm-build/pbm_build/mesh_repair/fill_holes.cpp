@@ -51,7 +51,9 @@ class HoleFiller {
   public:
     HoleFiller(Surface &surface, const WeldedMesh &mesh, const Sheets &sheets)
         : surface_(surface), mesh_(mesh), sheets_(sheets), place_of_(mesh.positions.size(), kNowhere),
-          first_new_(static_cast<std::uint32_t>(surface.first_point())), has_images_(!surface.texture_ids.empty()) {}
+          first_new_(static_cast<std::uint32_t>(surface.first_point())), has_images_(!surface.texture_ids.empty()),
+          has_face_colours_(!surface.face_colours.empty() && !has_images_),
+          has_colours_(!surface.colours.empty() || has_face_colours_) {}
 
     Result<FilledHoles> run(const Borders &borders, std::size_t max_edges) {
         FilledHoles filled{.loops = borders.loops.size()};
@@ -194,10 +196,11 @@ class HoleFiller {
             const auto table = linear_table();
             return glm::dvec3(table[srgb[0]], table[srgb[1]], table[srgb[2]]);
         };
-        if (surface_.colours.empty())
+        if (!has_colours_)
             return glm::dvec3(0);
-        const glm::dvec3 own = linear(surface_.colours[vertex]);
         const std::uint32_t triangle = mesh_.faces[side / 3].triangle;
+        const bool has_own = !surface_.face_colours.empty() && surface_.face_colours[triangle].is_given;
+        const glm::dvec3 own = linear(has_own ? surface_.face_colours[triangle].colour : surface_.colours[vertex]);
         if (!has_images_ || surface_.texture_ids[triangle] == Surface::kNoTexture)
             return own;
         const Texture &image = surface_.textures[surface_.texture_ids[triangle]];
@@ -224,18 +227,21 @@ class HoleFiller {
             rim.push_back(vertex);
             colours.push_back(colour_of(sides[i], vertex, corner));
         }
-        if (surface_.colours.empty())
-            colours.resize(patch.positions.size());
-        else
+        if (has_colours_)
             colours = continue_values(patch, colours);
-        std::vector<std::uint32_t> numbers;
-        const auto make = [&](const glm::dvec3 &position, std::uint32_t source, bool is_copy) {
-            const glm::dvec3 &colour = colours[numbers.size()];
+        else
+            colours.resize(patch.positions.size());
+        const auto srgb = [](const glm::dvec3 &colour) {
             const auto byte = [&](int channel) {
                 return linear_to_srgb(static_cast<std::uint32_t>(std::clamp(colour[channel], 0.0, 65535.0) + 0.5));
             };
+            return Rgb8{byte(0), byte(1), byte(2)};
+        };
+        std::vector<std::uint32_t> numbers;
+        const auto make = [&](const glm::dvec3 &position, std::uint32_t source, bool is_copy) {
+            const Rgb8 colour = srgb(colours[numbers.size()]);
             numbers.push_back(first_new_ + static_cast<std::uint32_t>(new_vertices_.size()));
-            new_vertices_.push_back({position, source, is_copy, {byte(0), byte(1), byte(2)}});
+            new_vertices_.push_back({position, source, is_copy, colour});
         };
         for (std::size_t i = 0; i < patch.rim; ++i)
             if (has_images_)
@@ -247,6 +253,8 @@ class HoleFiller {
         made_ += patch.positions.size() - patch.rim;
         for (const PatchTriangle &t : patch.triangles) {
             new_triangles_.emplace_back(numbers[t[0]], numbers[t[1]], numbers[t[2]]);
+            if (has_face_colours_)
+                new_face_colours_.push_back({srgb((colours[t[0]] + colours[t[1]] + colours[t[2]]) / 3.0), true});
             for (std::size_t side = 0; side < 3; ++side)
                 if (const std::uint32_t from = t[side], to = t[(side + 1) % 3]; std::max(from, to) < patch.rim) {
                     new_edges_.insert({vertices[from], vertices[to]});
@@ -293,10 +301,13 @@ class HoleFiller {
                 surface_.station_ids[to] = kNoStation;
         }
         surface_.triangles.insert(surface_.triangles.end(), new_triangles_.begin(), new_triangles_.end());
-        if (has_images_) {
-            surface_.texture_ids.resize(surface_.triangles.size(), Surface::kNoTexture);
-            surface_.texture_corners.resize(surface_.triangles.size());
-        }
+        surface_.face_colours.insert(surface_.face_colours.end(), new_face_colours_.begin(), new_face_colours_.end());
+        for_triangle_attributes(
+            [&](auto &values) {
+                if (!values.empty())
+                    resize_for_triangles(values, surface_.triangles.size());
+            },
+            surface_);
     }
 
     Surface &surface_;
@@ -304,9 +315,11 @@ class HoleFiller {
     const Sheets &sheets_;
     std::vector<std::uint32_t> place_of_; // [vertices] on the rim at hand
     std::uint32_t first_new_;
-    bool has_images_;
+    bool has_images_, has_face_colours_; // of faces; images win
+    bool has_colours_;
     std::vector<NewVertex> new_vertices_;
     std::vector<glm::uvec3> new_triangles_;
+    std::vector<FaceColour> new_face_colours_;
     std::set<Edge> new_edges_; // from rim to rim, both ways
     std::uint64_t made_ = 0;   // new vertices without copies
 };
@@ -315,7 +328,7 @@ class HoleFiller {
 
 Result<FilledHoles> fill_holes(Surface &surface, const WeldedMesh &mesh, const Sheets &sheets, const Borders &borders,
                                std::size_t max_edges) {
-    colour_beside_images(surface);
+    colour_by_materials(surface);
     return HoleFiller(surface, mesh, sheets).run(borders, max_edges);
 }
 

@@ -54,7 +54,8 @@ bool shows_closed_surface(const Surface &surface) {
 
 AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
     AttributeSet set;
-    set.colour = surface.colours.empty() && surface.texture_ids.empty() ? ColourFormat::none : colour;
+    const bool is_coloured = !surface.colours.empty() || !surface.texture_ids.empty() || !surface.face_colours.empty();
+    set.colour = is_coloured ? colour : ColourFormat::none;
     set.material = surface.materials.size() > 1 && !surface.material_ids.empty();
     return set;
 }
@@ -161,7 +162,7 @@ Result<Surface> merge_inputs(std::vector<Surface> surfaces, const Run &run) {
         return merged;
     Surface &surface = *merged;
     surface.closed = shows_closed_surface(surface);
-    colour_beside_images(surface);
+    colour_by_materials(surface);
     statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
     if (outliers_of(options) != Outliers::keep)
         if (Status dropped = drop_far_parts(surface, options.strict, statistics); !dropped)

@@ -24,7 +24,7 @@ constexpr int kSoftBits = 4;
 
 void drop_colours(Surface &surface, BuildStatistics &statistics) {
     constexpr const char *kWhy = "--ignore-point-colours";
-    if (!surface.colours.empty() || !surface.texture_ids.empty())
+    if (!surface.colours.empty() || !surface.texture_ids.empty() || !surface.face_colours.empty())
         statistics.report(Warning::replaced_attribute, "point colours", kWhy, surface.name);
     if (!surface.materials.empty())
         statistics.report(Warning::replaced_attribute, "materials", kWhy, surface.name);
@@ -32,6 +32,7 @@ void drop_colours(Surface &surface, BuildStatistics &statistics) {
     surface.textures.clear();
     surface.texture_ids.clear();
     surface.texture_corners.clear();
+    surface.face_colours.clear();
     surface.materials.clear();
     surface.material_ids.clear();
 }

@@ -26,6 +26,10 @@ constexpr double kUnit = 1 << 20;         // of a unit normal
 constexpr double kAreaUnit = 0x1p45;      // of the squared longest edge of the box around all vertices
 constexpr double kRoundingDegrees = 0.05; // an edge of exactly the crease angle is a crease
 
+// Faces of one smoothing group that meet at 150 degrees or more are the seam of two windings: their sum has no
+// direction.
+constexpr double kOpposite = -0.866 * kUnit * kUnit;
+
 struct Face {
     glm::ivec3 normal{}; // in kUnit; zero without an area
     float area = 0;      // of its plane's connected faces, in kAreaUnit; 0 for a needle
@@ -91,19 +95,30 @@ std::uint64_t sum_of_areas(std::uint64_t sum, float area) {
 // The faces at one vertex, in the order of their indices.
 struct Fan {
     std::span<const std::uint32_t> faces;
-    std::vector<glm::dvec3> normals{}; // of length kUnit
-    std::vector<float> areas{};        // of their planes; 0 where the face does not count
+    std::vector<glm::dvec3> normals{};   // of length kUnit
+    std::vector<float> areas{};          // of their planes; 0 where the face does not count
+    std::vector<std::uint32_t> groups{}; // for smoothing; empty: the angle decides
 
-    void fill(std::span<const std::uint32_t> indices, const std::vector<Face> &all) {
+    void fill(std::span<const std::uint32_t> indices, const std::vector<Face> &all, const Surface &surface) {
         faces = indices;
         normals.clear();
         areas.clear();
+        groups.clear();
         for (const std::uint32_t i : indices) {
             normals.emplace_back(all[i].normal);
             areas.push_back(all[i].area);
         }
+        for (std::size_t i = 0; i < indices.size() && !surface.smoothing_groups.empty(); ++i)
+            groups.push_back(surface.smoothing_groups[indices[i]]);
     }
     bool counts(std::size_t i) const { return areas[i] > 0; }
+    // Whether two faces share a normal at the vertex; `cosine`: of the crease angle.
+    bool are_smooth(std::size_t i, std::size_t j, double cosine) const {
+        const double along = glm::dot(normals[i], normals[j]);
+        if (groups.empty() || (groups[i] | groups[j]) == 0)
+            return along > cosine;
+        return groups[i] == groups[j] && groups[i] != Surface::kFlat && along > kOpposite;
+    }
 };
 
 bool dominates(float large, float small) { return large > static_cast<float>(kDominantArea) * small; }
@@ -118,7 +133,7 @@ bool add_planar_pairs(const Fan &fan, double cosine, std::vector<FacePair> &pair
     bool smooth = true;
     for (std::size_t i = 0; i < fan.faces.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) {
-            smooth &= !fan.counts(i) || !fan.counts(j) || glm::dot(fan.normals[i], fan.normals[j]) > cosine;
+            smooth &= !fan.counts(i) || !fan.counts(j) || fan.are_smooth(i, j, cosine);
             if (in_one_plane(fan.normals[i], fan.normals[j]))
                 pairs.emplace_back(fan.faces[i], fan.faces[j]);
         }
@@ -143,7 +158,7 @@ void for_fans(const Surface &surface, const std::vector<Face> &faces, int thread
         const FacesOfVertices at(surface, first, end, [](std::size_t) { return true; });
         Fan fan;
         for (std::size_t vertex = first; vertex < end; ++vertex) {
-            fan.fill(at.at(vertex), faces);
+            fan.fill(at.at(vertex), faces, surface);
             if (!fan.faces.empty())
                 use(batch, vertex, fan);
         }
@@ -211,13 +226,13 @@ struct Splits {
 class CornerNormals {
   public:
     // `has_planes`: whether planes count once and may dominate.
-    CornerNormals(const FacesOfVertices &at, const std::vector<Face> &faces, double cosine, double sign,
-                  bool has_planes)
-        : at_(at), faces_(faces), cosine_(cosine), sign_(sign), has_planes_(has_planes) {}
+    CornerNormals(const Surface &surface, const FacesOfVertices &at, const std::vector<Face> &faces, double cosine,
+                  double sign, bool has_planes)
+        : surface_(surface), at_(at), faces_(faces), cosine_(cosine), sign_(sign), has_planes_(has_planes) {}
 
     // Returns the vertex's normal, and appends to `splits` the corners that differ from it.
     ShortNormal at(std::size_t vertex, Splits &splits) {
-        fan_.fill(at_.at(vertex), faces_);
+        fan_.fill(at_.at(vertex), faces_, surface_);
         const bool is_hub = fan_.faces.size() > kMaxFacesAtVertex;
         if (!is_hub)
             count_faces_of_planes();
@@ -253,7 +268,7 @@ class CornerNormals {
     ShortNormal corner(std::size_t i) const {
         float largest = 0;
         const auto is_near = [&](std::size_t j) {
-            return fan_.counts(j) && (i == j || glm::dot(fan_.normals[i], fan_.normals[j]) > cosine_);
+            return fan_.counts(j) && (i == j || fan_.are_smooth(i, j, cosine_));
         };
         for (std::size_t j = 0; j < fan_.faces.size(); ++j)
             if (is_near(j))
@@ -272,6 +287,7 @@ class CornerNormals {
         return direction(sum);
     }
 
+    const Surface &surface_;
     const FacesOfVertices &at_;
     const std::vector<Face> &faces_;
     double cosine_, sign_;
@@ -347,7 +363,7 @@ Status add_corner_normals(Surface &surface, std::vector<ShortNormal> &normals, d
     std::array<Splits, kBatches> splits;
     for_batches(count, threads, [&](std::size_t batch, std::size_t first, std::size_t end) {
         const FacesOfVertices at(surface, first, end, [&](std::size_t i) { return states[i] >= least; });
-        CornerNormals corners(at, faces, cosine, sign, has_planes);
+        CornerNormals corners(surface, at, faces, cosine, sign, has_planes);
         for (std::size_t vertex = first; vertex < end; ++vertex)
             if (states[vertex] >= least)
                 normals[vertex] = corners.at(vertex, splits[batch]);

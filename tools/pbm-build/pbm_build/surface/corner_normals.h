@@ -27,8 +27,8 @@ inline constexpr std::size_t kMaxFacesAtVertex = 256;
 
 // Fills the zero entries of `normals` [positions], the normals of the vertices. The normal of a face's corner there is
 // the mean of the unit normals of those faces of the vertex that meet this face at less than Surface::crease_angle, or
-// the angle for its shape. Needles,
-// whose direction rounding determines, make no creases and do not count at them. On a constructed surface
+// the angle for its shape; or that have its smoothing group, where the file has such. Needles, whose direction rounding
+// determines, make no creases and do not count at them. On a constructed surface
 //   - faces in one plane count once;
 //   - faces in a plane of less than 1 / kDominantArea of the area of the largest one do not count.
 // `sign`: -1 if the faces are wound inwards. A vertex whose corners differ is split: appends copies to the vertices

@@ -23,6 +23,7 @@ bool declares_all_normals(const Surface &surface) {
 void choose_creases(Surface &surface, std::optional<double> requested, int threads, BuildStatistics &statistics) {
     if (requested) {
         surface.crease_angle = glm::radians(*requested);
+        surface.smoothing_groups.clear();
         if (surface.triangles.empty() || declares_all_normals(surface))
             statistics.report(Warning::idle_option, "--crease-angle",
                               surface.triangles.empty() ? "there are no faces" : "the file declares its normals",
@@ -32,14 +33,16 @@ void choose_creases(Surface &surface, std::optional<double> requested, int threa
     if (!surface.has_facets || surface.triangles.empty())
         return;
     const double share = planar_share(surface, threads);
-    if (surface.triangles.size() >= kFewFacets && share < kMinPlanarShare)
-        return;
-    surface.crease_angle = 0;
-    statistics.report("facets", Fate::kept,
-                      formatted("%zu, %.0f %% of the area in planes of several: each keeps its own normal; "
-                                "--crease-angle %.0f shades them smoothly",
-                                surface.triangles.size(), 100 * share, kConstructedCrease),
-                      surface.name);
+    const bool are_flat = surface.triangles.size() < kFewFacets || share >= kMinPlanarShare;
+    if (are_flat)
+        surface.crease_angle = 0;
+    statistics.report(
+        "facets", Fate::kept,
+        formatted("%zu, %.0f %% of the area in planes of several: ", surface.triangles.size(), 100 * share) +
+            (are_flat
+                 ? formatted("each keeps its own normal; --crease-angle %.0f shades them smoothly", kConstructedCrease)
+                 : "shaded smoothly, as a scan; --crease-angle 0 gives each its own normal"),
+        surface.name);
 }
 
 void separate_facets(Surface &surface) {

@@ -3,11 +3,19 @@
 
 #include "pbm_scan/surface/surface.h"
 
+#include <algorithm>
+
 namespace pbm::build {
 
-// Gives vertices the colours of their materials where some triangles have an image and no vertex has a colour.
-inline void colour_beside_images(Surface &surface) {
-    if (surface.texture_ids.empty() || !surface.colours.empty())
+// Gives vertices the colours of their materials where no vertex has a colour, some triangles have an image or a colour
+// of their own, and others may have none.
+inline void colour_by_materials(Surface &surface) {
+    const auto is_given = [](const FaceColour &colour) { return colour.is_given; };
+    const std::vector<FaceColour> &of_faces = surface.face_colours;
+    const bool are_mixed =
+        !surface.texture_ids.empty() ||
+        (!of_faces.empty() && (surface.point_count() != 0 || !std::all_of(of_faces.begin(), of_faces.end(), is_given)));
+    if (!are_mixed || !surface.colours.empty())
         return;
     const std::vector<Material> materials = surface.materials.empty() ? std::vector<Material>(1) : surface.materials;
     surface.colours.assign(surface.positions.size(), materials.front().colour);

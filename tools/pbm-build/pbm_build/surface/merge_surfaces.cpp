@@ -54,7 +54,8 @@ void adapt(Surface &surface, const Surface &has, const std::vector<Material> &ma
         surface.colours.reserve(count);
         for (const std::uint8_t id : surface.material_ids)
             surface.colours.push_back(own[id].colour);
-        surface.report.push_back({"colours", Fate::converted, "it has none: those of its materials", surface.name});
+        if (surface.face_colours.empty())
+            surface.report.push_back({"colours", Fate::converted, "it has none: those of its materials", surface.name});
     }
     if (!has.materials.empty() && surface.materials.empty())
         surface.report.push_back({"materials", Fate::converted, "it has none: the default one", surface.name});
@@ -103,12 +104,14 @@ void append(Surface &to, Surface &from) {
     const auto first_texture = static_cast<std::uint16_t>(to.textures.size());
     for (std::uint16_t &texture : from.texture_ids)
         texture = texture == Surface::kNoTexture ? texture : static_cast<std::uint16_t>(texture + first_texture);
-    if (!to.texture_ids.empty() || !from.texture_ids.empty())
-        for (Surface *each : {&to, &from}) {
-            each->texture_ids.resize(each->triangles.size(), Surface::kNoTexture);
-            each->texture_corners.resize(each->triangles.size());
-        }
-    for_triangle_attributes([](auto &all, auto &part) { append(all, part); }, to, from);
+    const auto append_attribute = [&](auto &all, auto &part) {
+        if (all.empty() && part.empty())
+            return;
+        resize_for_triangles(all, to.triangles.size());
+        resize_for_triangles(part, from.triangles.size());
+        append(all, part);
+    };
+    for_triangle_attributes(append_attribute, to, from);
     std::move(from.textures.begin(), from.textures.end(), std::back_inserter(to.textures));
     from.textures.clear();
     for (const glm::uvec3 &t : from.triangles)

@@ -2,14 +2,22 @@
 #pragma once
 
 #include "pbm_build/surface/short_normal.h"
+#include "pbm_format/model/model.h"
+#include "pbm_format/model/point_values.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 
 namespace pbm::build {
 
 using LinearColour = std::array<std::uint16_t, 3>; // linear light, as in linear_table()
+
+inline LinearColour linear_colour(const Rgb8 &srgb) {
+    const std::span<const std::uint16_t> table = linear_table();
+    return {table[srgb[0]], table[srgb[1]], table[srgb[2]]};
+}
 
 struct Sample {
     ShortNormal normal{}; // zero: no vote

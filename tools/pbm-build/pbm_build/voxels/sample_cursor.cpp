@@ -56,7 +56,11 @@ void SampleCursor::load(std::uint32_t source) {
     const ShortNormal flat = to_short_normal(sampler_.normals_.faces_point_inward ? -facing : facing);
     triangle_.flat = {static_cast<double>(flat[0]), static_cast<double>(flat[1]), static_cast<double>(flat[2])};
     triangle_.is_flat = false;
-    triangle_.has_colour = !sampler_.surface_.colours.empty();
+    const FaceColour own = sampler_.colour_of_face(source);
+    triangle_.has_colour = own.is_given || !sampler_.surface_.colours.empty();
+    if (own.is_given)
+        for (Corner &corner : corners)
+            corner.attributes.colour = linear_colour(own.colour);
     rest_ = order[0]->attributes.rest;
     for (std::size_t c = 0; c < 3; ++c) {
         const Sample &attributes = order[c]->attributes;

@@ -70,8 +70,7 @@ void SurfaceSampler::find_hits(std::size_t i, int writer, HitStore &store, Small
 SurfaceSampler::Corner SurfaceSampler::corner(std::size_t vertex) const {
     Corner c{.at = lattice_[vertex], .attributes = {.normal = normals_.normals[vertex]}};
     if (!surface_.colours.empty())
-        for (std::size_t channel = 0; channel < 3; ++channel)
-            c.attributes.colour[channel] = linear_table()[surface_.colours[vertex][channel]];
+        c.attributes.colour = linear_colour(surface_.colours[vertex]);
     if (!surface_.material_ids.empty())
         c.attributes.rest.material = surface_.material_ids[vertex];
     if (!radii_.empty())

@@ -50,6 +50,9 @@ class SurfaceSampler {
         return surface_.first_point() + (source - surface_.triangles.size());
     }
     Corner corner(std::size_t vertex) const;
+    FaceColour colour_of_face(std::size_t triangle) const {
+        return surface_.face_colours.empty() ? FaceColour{} : surface_.face_colours[triangle];
+    }
     // Null: the triangle has no image.
     const TexturePyramid *image_of(std::size_t triangle) const {
         const std::uint16_t id = surface_.texture_ids.empty() ? Surface::kNoTexture : surface_.texture_ids[triangle];
