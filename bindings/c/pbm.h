@@ -270,8 +270,9 @@ PBM_API pbm_code pbm_default_camera(pbm_model *model, int32_t width, int32_t hei
 // `fine` blends points into a smooth surface and smooths edges; it takes about ten times as long.
 typedef enum pbm_quality { PBM_FAST = 0, PBM_FINE = 1 } pbm_quality;
 
-// Screen-space shading that shows the shape of models without colours. PBM_NO_CUE: eye-dome lighting for clouds of points
-// whose scan has neither faces, nor colours, nor normals; none for other models. PBM_CUE_OFF: none for any model.
+// Screen-space shading that shows the shape of models without colours. PBM_NO_CUE: eye-dome lighting for clouds of
+// points whose scan has neither faces, nor colours, nor normals; none for other models. PBM_CUE_OFF: none for any
+// model.
 typedef enum pbm_depth_cue {
     PBM_NO_CUE = 0,
     PBM_EYE_DOME = 1,
@@ -325,7 +326,7 @@ typedef struct pbm_render_options {
     // "classification" and "return_number"); or, unless a field is called so, "height" along the up axis, "normal", or
     // "plain": their material. Null or empty: what the model has, or "height" where PBM_NO_CUE is eye-dome lighting
     const char *colour_by;
-    int32_t colour_map;     // pbm_colour_map
+    int32_t colour_map; // pbm_colour_map
 } pbm_render_options;
 
 typedef struct pbm_picture {

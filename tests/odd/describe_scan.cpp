@@ -29,10 +29,11 @@ void describe(const Surface &surface) {
               << ", \"triangles\": " << surface.triangles.size()
               << ", \"dropped_vertices\": " << surface.dropped_vertices
               << ", \"dropped_triangles\": " << surface.dropped_triangles << ", \"attributes\": [";
-    const std::array<std::pair<const char *, bool>, 4> attributes{{{"colours", !surface.colours.empty() || !surface.face_colours.empty()},
-                                                                   {"normals", !surface.normals.empty()},
-                                                                   {"radii", !surface.radii.empty()},
-                                                                   {"materials", !surface.material_ids.empty()}}};
+    const std::array<std::pair<const char *, bool>, 4> attributes{
+        {{"colours", !surface.colours.empty() || !surface.face_colours.empty()},
+         {"normals", !surface.normals.empty()},
+         {"radii", !surface.radii.empty()},
+         {"materials", !surface.material_ids.empty()}}};
     const char *separator = "";
     for (const auto &[name, there] : attributes)
         if (there)

@@ -366,25 +366,16 @@ TEST(StlReader, FacetsHaveTheColoursOfTheProgramsThatWriteThem) {
     const std::uint16_t blue_first = 25 << 10 | 12 << 5 | 3, red_first = 3 << 10 | 12 << 5 | 25;
     const Colour expected{206, 99, 25}, object{30, 100, 200};
     const std::string header = "COLOR=\x1e\x64\xc8\xff,MATERIAL=";
-    const auto colours = [](const Surface &s) { // of the facets
-        std::vector<Colour> found;
-        for (const glm::uvec3 &t : s.triangles) {
-            EXPECT_TRUE(s.colours[t.x] == s.colours[t.y] && s.colours[t.y] == s.colours[t.z]);
-            found.push_back(s.colours[t.x]);
-        }
-        return found;
-    };
     const Surface materialise = coloured(header, {red_first, 0x8000});
-    EXPECT_EQ(colours(materialise), (std::vector{expected, object}));
-    EXPECT_EQ(materialise.positions.size(), 6U); // facets of two colours share no vertex
-    EXPECT_EQ(materialise.vertex_copies, 2U);
-    EXPECT_EQ(colours(coloured(header, {0, 0})), (std::vector{object, object}));
+    EXPECT_EQ(materialise.face_colours, (std::vector<FaceColour>{{expected, true}, {object, true}}));
+    EXPECT_EQ(materialise.positions.size(), 4U); // colours do not cut the mesh
+    EXPECT_EQ(coloured(header, {0, 0}).face_colours, (std::vector<FaceColour>{{object, true}, {object, true}}));
     const std::uint16_t viscam = 0x8000 | blue_first;
-    EXPECT_EQ(colours(coloured("", {viscam, viscam})), (std::vector{expected, expected}));
-    EXPECT_EQ(colours(coloured("", {viscam, 0})), (std::vector{expected, pbm::Material{}.colour}));
-    EXPECT_EQ(coloured("", {viscam, viscam}).positions.size(), 4U);
+    EXPECT_EQ(coloured("", {viscam, viscam}).face_colours,
+              (std::vector<FaceColour>{{expected, true}, {expected, true}}));
+    EXPECT_EQ(coloured("", {viscam, 0}).face_colours, (std::vector<FaceColour>{{expected, true}, {}}));
     const Surface other = coloured("", {viscam, red_first});
-    EXPECT_TRUE(other.colours.empty());
+    EXPECT_TRUE(other.face_colours.empty());
     EXPECT_TRUE(reports(other, "attribute bytes", Fate::dropped));
 }
 

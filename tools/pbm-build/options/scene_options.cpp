@@ -114,8 +114,8 @@ void add_surroundings_options(CommandLine &line, SceneArguments &arguments) {
     add_power(line, "--ground-resolution", ground.texels, {64, kMaxGroundRaster},
               "Texels per edge of its shadows and its texture; default " + std::to_string(kDefaultGroundTexels),
               "--ground");
-    line.add("--panorama", "Surroundings: an equirectangular image, or the default one",
-             &arguments.panorama, {.type = "FILE|default"});
+    line.add("--panorama", "Surroundings: an equirectangular image, or the default one", &arguments.panorama,
+             {.type = "FILE|default"});
     PanoramaOptions &panorama = arguments.panorama_options;
     add_number(line, "--panorama-exposure", panorama.exposure, {1e-6, 1e6}, "Brightness of HDR images; default 1",
                "--panorama");

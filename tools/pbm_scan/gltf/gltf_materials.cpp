@@ -180,7 +180,8 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
     }
     const std::string mode = text_of(described, "alphaMode");
     if (mode == "MASK")
-        made.cutoff = static_cast<float>(std::clamp<double>(number_of(described, "alphaCutoff", kUsualAlphaCutoff), 0, 2));
+        made.cutoff =
+            static_cast<float>(std::clamp<double>(number_of(described, "alphaCutoff", kUsualAlphaCutoff), 0, 2));
     made.is_cut = mode == "BLEND" || made.cutoff > 0;
     const Json *const emissive = emission != nullptr ? member(described, "emissiveTexture") : nullptr;
     if (image != nullptr || emissive != nullptr)

@@ -33,8 +33,8 @@ struct NamedMaterial {
     Material material; // without `colour`
     MaterialImage image{};
     MaterialImage opacity_image{};
-    bool is_opacity_inverted = false; // white is transparent: `map_Tr`
-    float opacity = 1;                // `d`, 1 - `Tr`
+    bool is_opacity_inverted = false;   // white is transparent: `map_Tr`
+    float opacity = 1;                  // `d`, 1 - `Tr`
     std::optional<glm::dvec3> colour{}; // `Kd` as in the file
 };
 

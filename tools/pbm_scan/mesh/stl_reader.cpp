@@ -1,5 +1,4 @@
 #include "pbm_scan/mesh/mesh_reader.h"
-#include "pbm_scan/mesh/vertex_copies.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
 #include "system/bytes.h"
@@ -42,13 +41,13 @@ bool says_solid(std::span<const std::uint8_t> bytes) {
     return same_word(word, "solid");
 }
 
-constexpr std::uint16_t kNoColour = 0x8000; // of a facet
+constexpr std::uint16_t kPlainFacet = 0x8000; // of a facet
 
 // The facets of a file in either encoding.
 struct Facets {
     std::vector<glm::dvec3> corners; // three of each, all finite
     std::uint64_t dropped = 0;       // not finite
-    // Of facets: 5 bits a channel, red highest, or kNoColour; empty: no facet has one.
+    // Of facets: 5 bits a channel, red highest, or kPlainFacet; empty: no facet has one.
     std::vector<std::uint16_t> colours;
     std::optional<Rgb8> of_others{}; // the colour of facets without one; absent: the default colour
     std::vector<AttributeReport> report;
@@ -86,11 +85,11 @@ void find_colours(std::span<const std::uint8_t> bytes, bool are_used, Facets &ou
     std::vector<std::uint16_t> attributes;
     attributes.reserve(out.corners.size() / 3);
     for_facets(bytes, [&](const auto & /*corners*/, std::uint16_t bits) { attributes.push_back(bits); });
-    const auto fits_viscam = [](std::uint16_t bits) { return bits == 0 || bits >= kNoColour; };
+    const auto fits_viscam = [](std::uint16_t bits) { return bits == 0 || bits >= kPlainFacet; };
     if (!object.empty()) {
         for (std::uint16_t &bits : attributes)
-            bits = !are_used || bits >= kNoColour
-                       ? kNoColour
+            bits = !are_used || bits >= kPlainFacet
+                       ? kPlainFacet
                        : static_cast<std::uint16_t>((bits & 31) << 10 | (bits & 0x3E0) | (bits >> 10 & 31));
         out.of_others = Rgb8{object[0], object[1], object[2]};
         out.report.push_back({"colours", Fate::converted,
@@ -100,7 +99,7 @@ void find_colours(std::span<const std::uint8_t> bytes, bool are_used, Facets &ou
             drop_once(out.report, "MATERIAL= of the header", "PBM uses the colours of the object and its facets");
     } else if (std::all_of(attributes.begin(), attributes.end(), fits_viscam)) {
         for (std::uint16_t &bits : attributes)
-            bits = bits == 0 ? kNoColour : static_cast<std::uint16_t>(bits & ~kNoColour);
+            bits = bits == 0 ? kPlainFacet : static_cast<std::uint16_t>(bits & ~kPlainFacet);
         out.report.push_back({"colours", Fate::converted, "of facets, as VisCAM has them; sRGB, 5 bits to 8"});
     } else {
         drop_once(out.report, "attribute bytes", "they are no colours of Materialise or VisCAM");
@@ -351,10 +350,16 @@ bool is_stl(std::span<const std::uint8_t> bytes) {
 
 namespace {
 
-// The triangles of facets whose corners are these vertices. Facets of different colours share no vertex.
-void add_triangles(const std::vector<std::uint32_t> &vertices, const Facets &facets, const Rgb8 &default_colour,
-                   Surface &surface) {
-    VertexCopies copies(surface.positions.size(), !facets.colours.empty());
+// sRGB of 5 bits a channel, red highest.
+Rgb8 expand_555(std::uint16_t colour) {
+    const auto channel = [colour](int shift) {
+        return static_cast<std::uint8_t>(((colour >> shift & 31) * 255 + 15) / 31);
+    };
+    return {channel(10), channel(5), channel(0)};
+}
+
+// The triangles of facets whose corners are these vertices.
+void add_triangles(const std::vector<std::uint32_t> &vertices, const Facets &facets, Surface &surface) {
     surface.triangles.reserve(vertices.size() / 3);
     for (std::size_t i = 0; i < vertices.size(); i += 3) {
         const std::array<std::uint32_t, 3> t{vertices[i], vertices[i + 1], vertices[i + 2]};
@@ -363,19 +368,12 @@ void add_triangles(const std::vector<std::uint32_t> &vertices, const Facets &fac
             continue;
         }
         surface.triangles.emplace_back(t[0], t[1], t[2]);
-        if (!facets.colours.empty())
-            copies.apply(t, facets.colours[i / 3], std::span(surface.triangles).last(1));
-    }
-    for (const std::uint32_t vertex : copies.copies())
-        surface.positions.push_back(surface.positions[vertex]);
-    surface.vertex_copies = copies.copies().size();
-    surface.colours.reserve(copies.materials().size());
-    for (const std::uint16_t colour : copies.materials()) {
-        const auto channel = [colour](int shift) {
-            return static_cast<std::uint8_t>(((colour >> shift & 31) * 255 + 15) / 31);
-        };
-        surface.colours.push_back(colour < kNoColour ? Rgb8{channel(10), channel(5), channel(0)}
-                                                     : facets.of_others.value_or(default_colour));
+        if (facets.colours.empty())
+            continue;
+        const std::uint16_t own = facets.colours[i / 3];
+        surface.face_colours.push_back(own != kPlainFacet ? FaceColour{expand_555(own), true}
+                                       : facets.of_others ? FaceColour{*facets.of_others, true}
+                                                          : FaceColour{});
     }
 }
 
@@ -390,7 +388,7 @@ Result<Surface> read_stl(std::span<const std::uint8_t> bytes, const ReadOptions 
     surface.dropped_triangles = facets->dropped;
     const std::vector<std::uint32_t> vertices = weld(facets->corners, surface.positions);
     free_memory(facets->corners);
-    add_triangles(vertices, *facets, options.default_material.colour, surface);
+    add_triangles(vertices, *facets, surface);
     if (options.progress)
         options.progress(1.0);
     surface.report.push_back({"positions", Fate::kept, "equal corners welded"});
