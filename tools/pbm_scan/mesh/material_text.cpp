@@ -73,7 +73,7 @@ MaterialImage read_image_statement(std::string_view words, std::vector<std::stri
             image.offset = {numbers[0], numbers[1]};
         else if (name == "-clamp")
             image.is_clamped = word == "on";
-        else
+        else if (!name.starts_with("-blend") || word != "on") // as without the option
             dropped.emplace_back(name);
     }
     image.file = trimmed(words, " \t");

@@ -354,7 +354,8 @@ Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options) {
     });
     if (!text->texture_coordinates.empty())
         report_textures(surface);
-    if (!materials.undefined().empty())
+    const bool is_said = found.materials.empty() && !text->material_lines.empty(); // none of the files is there
+    if (!materials.undefined().empty() && !is_said)
         surface.report.push_back({"materials " + listed(materials.undefined()), Fate::converted,
                                   "no file defines them: the default material"});
     keep_materials(faces.materials(), materials.used(), surface);
