@@ -214,9 +214,10 @@ std::string table(Table kind) {
             row += " -" + std::to_string(100 * i) + " 7 128 " + std::to_string(i);
         else if (kind == Table::degrees)
             row += " -" + std::to_string(100000 * i);
-        else if (kind == Table::labels)
-            row =
-                (i == 9 ? "nan 0 0 " : row + "D0 ") + "200 " + std::to_string(60 + i) + " 30 " + std::to_string(i % 4);
+        else if (kind == Table::labels) {
+            row = i == 9 ? "nan 0 0 " : row + "D0 ";
+            row.append("200 ").append(std::to_string(60 + i)).append(" 30 ").append(std::to_string(i % 4));
+        }
         text += row + "\n";
     }
     return text;

@@ -260,7 +260,8 @@ TEST(TextCloud, PackedColoursAreTheLowBitsOfANumberOrAFloat) {
     const Rgb8 expected{200, 100, 30};
     for (const std::string bits : {"13132830", "-3644386", "4291322910", "4308100126", "13132830.0", "1.3132830e7",
                                    "1.84030145e-38", "-1.84030145e-38"}) {
-        EXPECT_EQ(surface("x,y,z,rgb\n1,2,3," + bits + "\n4,5,6," + bits + "\n", "scan.csv").colours[0], expected)
+        EXPECT_EQ(surface(std::string("x,y,z,rgb\n1,2,3,").append(bits).append("\n4,5,6,0\n"), "scan.csv").colours[0],
+                  expected)
             << bits;
         for (const char *type : {"F F F I", "F F F U", "F F F F"})
             EXPECT_EQ(surface(pcd("x y z rgba", "4 4 4 4", type, 1, "ascii\n1 2 3 " + bits + "\n"), "scan").colours[0],
