@@ -180,8 +180,10 @@ def test_scan(display):
     # Another program uses the model: the window does not take it for overwritten.
     with View(display, "scan.ply", **cache) as view:
         check(run("pbm-render", "-q", "--resolution=64,48", "-o", "used.png", "scan.ply", **cache).returncode == 0, "pbm-render")
+        before = len(view.text())
         view.key("Left")
         check_same_in_the_end(view, "built.pbvg", "a model that another program uses")
+        check("no picture yet" not in view.text()[before:], "the window opens its model again")
         check(view.quit() == 0, "Escape does not end with 0")
     with View(display, "--cache=scan.ply/cache", "scan.ply", **cache) as view:
         check_same_in_the_end(view, "built.pbvg", "a scan whose cache cannot be made")  # once its notice is gone
