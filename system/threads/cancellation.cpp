@@ -14,4 +14,9 @@ CancellationScope::~CancellationScope() { cancellation_flag = outer_; }
 
 const std::atomic<bool> *CancellationScope::current() { return cancellation_flag; }
 
+void check_cancelled() {
+    if (cancellation_flag != nullptr && *cancellation_flag)
+        throw Cancelled();
+}
+
 } // namespace pbm

@@ -25,4 +25,7 @@ class CancellationScope {
     const std::atomic<bool> *outer_;
 };
 
+// Throws Cancelled if the flag of this thread's scope is set: for long loops that are no loops of a pool.
+void check_cancelled();
+
 } // namespace pbm

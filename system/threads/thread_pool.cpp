@@ -61,8 +61,7 @@ void ThreadPool::take_items(Loop &loop, std::size_t thread) {
     try {
         const CancellationScope scope(loop.cancelled);
         for (std::size_t i = loop.next++; i < loop.count; i = loop.next++) {
-            if (loop.cancelled != nullptr && *loop.cancelled)
-                throw Cancelled();
+            check_cancelled();
             loop.work(i, thread);
         }
     } catch (...) {

@@ -177,6 +177,18 @@ def test_scan(display):
             view.xdotool("key", "space")
             view.wait(lambda: view.lines("saved scan-"), "picture with the name of the scan")
             check(view.quit() == 0, "Escape does not end with 0")
+    # Another program uses the model: the window does not take it for overwritten.
+    with View(display, "scan.ply", **cache) as view:
+        check(run("pbm-render", "-q", "--resolution=64,48", "-o", "used.png", "scan.ply", **cache).returncode == 0, "pbm-render")
+        before = len(view.text())
+        view.key("Left")
+        check_same_in_the_end(view, "built.pbvg", "a model that another program uses")
+        check("no picture yet" not in view.text()[before:], "the window opens its model again")
+        check(view.quit() == 0, "Escape does not end with 0")
+    with View(display, "--cache=scan.ply/cache", "scan.ply", **cache) as view:
+        check_same_in_the_end(view, "built.pbvg", "a scan whose cache cannot be made")  # once its notice is gone
+        check(view.text().count("pbm-view: warning: the cache is not used: scan.ply/cache: ") == 1, view.text())
+        check(view.quit() == 0, "Escape does not end with 0")
     before = (work / "scans").stat().st_mtime_ns
     with View(display, "--cache=none", "scan.ply", **cache, TMPDIR=str(folder("temporary"))) as view:
         check_same(view, "built.pbvg", "a scan without cache")

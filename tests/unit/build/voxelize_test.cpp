@@ -10,15 +10,20 @@
 #include "pbm_build/voxels/triangle_voxels.h"
 #include "pbm_build/voxels/voxelize.h"
 #include "pbm_format/hashes/hash.h"
+#include "system/threads/cancellation.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
+#include <csignal>
 #include <map>
 #include <random>
 #include <set>
+
+#include <sys/time.h>
 
 namespace {
 
@@ -351,6 +356,31 @@ TEST(Samples, TheLimitOfMemoryHoldsForSliversAsWell) {
     EXPECT_EQ(sampled.error().code, ErrorCode::memory);
     constexpr std::uint64_t kMaxOfOne = std::uint64_t{4} << kDepth; // maximum number of hits of a sliver
     EXPECT_LT(hits.size(), kMaxHits + 2 * kMaxOfOne);
+}
+
+// Set after some computing by this process, and so while the test computes, whatever else the machine does.
+std::atomic<bool> has_computed = false;
+
+TEST(Voxelize, IsCancelledBetweenItsBuckets) {
+    constexpr int kDepth = 9;
+    Surface surface;
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> place(0, 1);
+    for (int i = 0; i < 1'000'000; ++i)
+        surface.positions.emplace_back(place(random), place(random), place(random));
+    const VertexNormals normals{.normals = std::vector<ShortNormal>(surface.positions.size())};
+    const Grid grid = centred_grid(bounds_of(surface), kDepth);
+    const Bytes radii;
+    const SurfaceSampler sampler(surface, {}, normals, radii, {}, grid, 1);
+    HitStore hits(kDepth, 1, surface.positions.size());
+    ASSERT_TRUE(sample_points(sampler, hits, hits.all_buckets()));
+    std::signal(SIGVTALRM, [](int) { has_computed = true; });
+    const itimerval once{.it_interval = {}, .it_value = {.tv_sec = 0, .tv_usec = 1000}};
+    ASSERT_EQ(::setitimer(ITIMER_VIRTUAL, &once, nullptr), 0);
+    const CancellationScope scope(&has_computed);
+    EXPECT_THROW(voxelize(sampler, hits, hits.all_buckets(), {}, {}, 1), Cancelled);
+    EXPECT_GT(hits.size(), 0U) << "all buckets were taken before";
+    std::signal(SIGVTALRM, SIG_DFL);
 }
 
 // Consecutive hits are packed as runs: within a block, across blocks and buckets, and longer than a chunk.

@@ -1,9 +1,12 @@
+#include "pbm_scan/packing/compressed.h"
+#include "system/threads/cancellation.h"
 #include "unit/scan/readings.h"
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -11,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -421,6 +425,21 @@ TEST(OffReader, BinaryFilesAreRead) {
 }
 
 // Files of pigz, gzip, bgzip and zstd consist of one part or several.
+// However long it is: unpacking looks at the flag at each step.
+TEST(SurfaceReader, UnpackingIsCancelled) {
+    const std::string text(100, 'x');
+    std::string packed(ZSTD_compressBound(text.size()), '\0');
+    packed.resize(ZSTD_compress(packed.data(), packed.size(), text.data(), text.size(), 3));
+    const std::span bytes(reinterpret_cast<const std::uint8_t *>(packed.data()), packed.size());
+    std::atomic<bool> cancelled = false;
+    const pbm::CancellationScope scope(&cancelled);
+    const auto whole = pbm::build::unpacked(bytes, 1000);
+    ASSERT_TRUE(whole && *whole);
+    EXPECT_EQ((*whole)->size(), text.size());
+    cancelled = true;
+    EXPECT_THROW(static_cast<void>(pbm::build::unpacked(bytes, 1000)), pbm::Cancelled);
+}
+
 TEST(SurfaceReader, CompressedFilesAreUnpacked) {
     const auto packed = [](const std::string &text) {
         z_stream stream{};

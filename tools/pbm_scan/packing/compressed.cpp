@@ -2,6 +2,7 @@
 
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/text_lines.h"
+#include "system/threads/cancellation.h"
 
 #include <zlib.h>
 #include <zstd.h>
@@ -20,12 +21,13 @@ class Output {
   public:
     explicit Output(std::uint64_t limit) : limit_(limit) {}
 
-    // Room behind what is written; empty at the limit.
+    // Room behind what is written, for a step of unpacking; empty at the limit.
     std::span<std::uint8_t> room() {
+        check_cancelled();
         if (size_ == bytes_.size())
             bytes_.resize(static_cast<std::size_t>(
                 std::min<std::uint64_t>(limit_, std::max<std::uint64_t>(kFirst, size_ + size_ / 2))));
-        return std::span(bytes_).subspan(size_);
+        return std::span(bytes_).subspan(size_, std::min(bytes_.size() - size_, kStep));
     }
     void wrote(std::size_t count) { size_ += count; }
     std::vector<std::uint8_t> take() {
@@ -38,6 +40,7 @@ class Output {
 
   private:
     static constexpr std::uint64_t kFirst = std::uint64_t{1} << 20;
+    static constexpr std::size_t kStep = std::size_t{4} << 20;
 
     std::vector<std::uint8_t> bytes_;
     std::size_t size_ = 0;
@@ -64,14 +67,14 @@ Unpacked unpack_gzip(std::span<const std::uint8_t> file, std::uint64_t limit) {
         const std::span<std::uint8_t> room = output.room();
         if (room.empty())
             return output.refusal();
-        const std::size_t input = std::min(file.size() - at, kAtOnce), most = std::min(room.size(), kAtOnce);
+        const std::size_t input = std::min(file.size() - at, kAtOnce);
         state.next_in = const_cast<std::uint8_t *>(file.data() + at); // zlib does not write there
         state.avail_in = static_cast<uInt>(input);
         state.next_out = room.data();
-        state.avail_out = static_cast<uInt>(most);
+        state.avail_out = static_cast<uInt>(room.size());
         const int status = inflate(&state, Z_NO_FLUSH);
         at += input - state.avail_in;
-        output.wrote(most - state.avail_out);
+        output.wrote(room.size() - state.avail_out);
         if (status == Z_STREAM_END) {
             // Some programs fill the end with zeros.
             if (std::all_of(file.begin() + static_cast<std::ptrdiff_t>(at), file.end(), [](auto b) { return b == 0; }))

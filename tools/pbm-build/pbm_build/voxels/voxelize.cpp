@@ -4,6 +4,7 @@
 #include "pbm_build/lattice/radix_sort.h"
 #include "pbm_build/voxels/sample_cursor.h"
 #include "system/free_memory.h"
+#include "system/threads/cancellation.h"
 #include "system/threads/parallel.h"
 
 #include <algorithm>
@@ -230,8 +231,10 @@ Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const BucketRang
     const int workers = resolve_threads(threads);
     parallel_for(static_cast<std::size_t>(workers), workers, [&](std::size_t) {
         BucketVoxelizer voxelizer(sampler, store, set, fields);
-        for (std::size_t bucket = next++; bucket < buckets.size(); bucket = next++)
+        for (std::size_t bucket = next++; bucket < buckets.size(); bucket = next++) {
+            check_cancelled();
             buckets[bucket] = voxelizer.voxelize(range.first + bucket);
+        }
     });
 
     std::vector<std::size_t> starts(buckets.size() + 1, 0);

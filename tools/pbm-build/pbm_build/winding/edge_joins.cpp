@@ -1,6 +1,7 @@
 #include "pbm_build/winding/edge_joins.h"
 
 #include "pbm_build/lattice/radix_sort.h"
+#include "system/threads/cancellation.h"
 #include "system/threads/parallel.h"
 
 #include <glm/common.hpp>
@@ -15,7 +16,7 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::size_t kBlock = 32768;  // vertices
+constexpr std::size_t kBlock = 32768;  // vertices, or faces
 constexpr std::size_t kMaxInCell = 64; // corners that are compared with others: a cell of many has no seam
 
 struct Side {
@@ -32,6 +33,8 @@ class SidesOfVertices {
     explicit SidesOfVertices(const Surface &surface) : surface_(surface) {
         collect([&](const auto &use) {
             for (std::uint32_t i = 0; i < surface.triangles.size(); ++i) {
+                if (i % kBlock == 0)
+                    check_cancelled();
                 const glm::uvec3 &t = surface.triangles[i];
                 use(std::min(t.x, t.y), 3 * i);
                 use(std::min(t.y, t.z), 3 * i + 1);
@@ -160,6 +163,7 @@ struct Nearness {
 // Welds the corners of `sides`: `vertex_of` gets the lowest vertex that is near. Returns whether there was one.
 bool weld_corners(const Surface &surface, std::span<const HalfEdge> sides, const Nearness &near,
                   std::vector<std::uint32_t> &vertex_of) {
+    check_cancelled();
     std::vector<bool> wanted(surface.positions.size());
     for (const HalfEdge h : sides)
         for (const HalfEdge corner : {h, next_side(h)})
@@ -259,6 +263,8 @@ EdgeJoins join_edges(const Surface &surface, int threads) {
     close_seams(surface, faces, joins, threads);
     joins.patches.resize(surface.triangles.size());
     for (std::uint32_t i = 0; i < joins.patches.size(); ++i) {
+        if (i % kBlock == 0)
+            check_cancelled();
         const std::uint32_t first = faces.find(i);
         joins.patches[i] = first == i ? joins.patch_count++ : joins.patches[first];
     }

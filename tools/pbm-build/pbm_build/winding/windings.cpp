@@ -2,6 +2,7 @@
 
 #include "pbm_build/surface/parity_sets.h"
 #include "pbm_build/winding/enclosure.h"
+#include "system/threads/cancellation.h"
 #include "system/threads/parallel.h"
 
 #include <glm/geometric.hpp>
@@ -204,7 +205,9 @@ Windings find_windings(const Surface &surface, int threads) {
     mesh.patches = sum_patches(surface, mesh.joins, threads);
     SignedPatches signed_patches = sign_patches(surface, mesh.joins);
     mesh.cuts = std::move(signed_patches.cuts);
+    check_cancelled();
     add_patches(signed_patches, mesh);
+    check_cancelled();
     choose_signs(surface, mesh);
     for (const HalfEdge h : mesh.joins.open)
         ++mesh.sheets[mesh.sheet_of_face(h / 3)].open_sides;
