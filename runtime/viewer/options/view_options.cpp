@@ -72,15 +72,14 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
     line.add("--max-error",
              "Largest edge of the voxels drawn, pixels; finer detail is left out; default 2, of fine pictures 1.42",
              &options.max_error, {.check = Numbers{0.1, 64}});
-    line.add(
-        "--colour-by,--color-by",
-        "Colours of height, normal, plain, intensity, class, return or another field (pbm-build --field); default: "
-        "height for clouds without colours; MAP: viridis, grey, classes",
-        [&look = options.look, store = stored(parse_colour_by, options.look.colour_by)](const std::string &text) {
-            look.render.texture = look.render.point_colours = true;
-            return store(text);
-        },
-        {.type = "NAME[,MIN,MAX][,MAP]"});
+    line.add("--colour-by,--color-by",
+             "Height, normal, plain, intensity, class, return or a field (pbm-build --field); default: height for "
+             "clouds without colours; MAP: viridis, grey, classes",
+             [&look = options.look, store = stored(parse_colour_by, options.look.colour_by)](const std::string &text) {
+                 look.render.texture = look.render.point_colours = true;
+                 return store(text);
+             },
+             {.type = "NAME[,MIN,MAX][,MAP]"});
 }
 
 // Each switch has a positive form, although on is the default: the dissertation's switches map to it.
