@@ -35,6 +35,7 @@ class FreeWriter {
         add_small_sections();
         add_levels();
         add_fields();
+        add_shapes();
         add_rasters();
         add_unknown_sections();
         return assemble();
@@ -232,6 +233,14 @@ class FreeWriter {
                                                       type == SectionType::field_directory ||
                                                       type == SectionType::field_values)
                 section.entry.flags = 0; // 17.1.3
+    }
+
+    void add_shapes() {
+        const std::vector<Material> &materials = model_.parameters.materials;
+        if (std::none_of(materials.begin(), materials.end(), is_round))
+            return;
+        add_raw(SectionType::shapes, encode_shapes(materials));
+        sections_.back().entry.flags = 0; // 18.1.1
     }
 
     void add_fields_of_level(std::size_t level) {

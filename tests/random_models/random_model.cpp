@@ -240,6 +240,9 @@ Model random_model(Random &random, std::size_t max_points) {
         model.images.panorama = random_image(random, 2 * height, height, 3);
     }
     parameters.closed = once_in(random, 2);
+    if (once_in(random, 3))
+        for (Material &material : parameters.materials)
+            material.shape = once_in(random, 2) ? PointShape::round : PointShape::disc;
     model.metadata = random_metadata(random);
     return model;
 }

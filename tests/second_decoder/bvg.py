@@ -15,15 +15,15 @@ import xxhash
 import fields
 import rasters
 from averages import Sums, root_record
-from header import (ATTRIBUTES, CHUNKS, DIRECTORY, GRID, GROUND, LIGHTS, MATERIALS, METADATA, RASTERS, TEXTURE, check_hashes,
+from header import (ATTRIBUTES, CHUNKS, DIRECTORY, GRID, GROUND, LIGHTS, MATERIALS, METADATA, RASTERS, SHAPES, TEXTURE, check_hashes,
                     check_padding, read_header, read_table, stored)
 from levels import check_chunk_rule, child_starts, level_0, read_directory, read_level
 from parameters import (check_together, read_attributes, read_grid, read_ground, read_lights, read_materials, read_metadata,
-                        read_texture)
+                        read_shapes, read_texture)
 from streams import BvgError, need
 from values import COLOUR, MATERIAL, NORMAL, RADIUS, SHADOW, TEXEL
 
-SMALL_SECTIONS = (METADATA, GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, GROUND, fields.FIELDS)
+SMALL_SECTIONS = (METADATA, GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, GROUND, fields.FIELDS, SHAPES)
 
 class Model:
     """What a file holds: header fields, sections, streams, directories and levels."""
@@ -59,7 +59,7 @@ def read(data, max_nodes=None, validates=True):
     """Verify every rule of a file (8.3), or only those that a reader verifies (8.2), and return its Model. `max_nodes` is
     the limit of 4.5."""
     m = Model()
-    m.data, m.lights, m.texture, m.ground, m.fields, m.validates = bytes(data), [], None, None, [], validates
+    m.data, m.lights, m.texture, m.ground, m.fields, m.shapes, m.validates = bytes(data), [], None, None, [], [], validates
     read_header(m)
     read_table(m)
     if validates:
@@ -67,7 +67,7 @@ def read(data, max_nodes=None, validates=True):
     check_hashes(m, lambda t: t in (*SMALL_SECTIONS, DIRECTORY, fields.DIRECTORY) or validates and t != CHUNKS)
     for t, parse in ((METADATA, read_metadata), (GRID, read_grid), (ATTRIBUTES, read_attributes),
                      (MATERIALS, read_materials), (LIGHTS, read_lights), (TEXTURE, read_texture), (GROUND, read_ground),
-                     (fields.FIELDS, fields.read_section)):
+                     (fields.FIELDS, fields.read_section), (SHAPES, read_shapes)):
         if (t, 0) in m.section:
             parse(m, m.section[t, 0])
     check_together(m)
@@ -107,6 +107,8 @@ def summary(m):
     yield f"  grid: corner ({', '.join(f'{c:g}' for c in m.corner)}), voxel size {m.voxel:g}"
     yield "  attributes: " + ", ".join(names[s.kind] + {0: "", 1: " 565", 2: " 888"}[s.format] for s in m.streams)
     yield f"  {len(m.materials)} materials, {len(m.lights)} lights, " + ("a ground plane" if m.ground else "no ground plane")
+    if any(m.shapes):
+        yield "  materials of round points: " + " ".join(str(i) for i, shape in enumerate(m.shapes) if shape)
     for f in m.fields:
         yield f"  field {f.name!r}: {f.offset:g} + {f.scale:g} x (stored - 1) {f.unit}, {f.bytes} bytes, average {f.average}"
     for level, chunks in enumerate(m.directories[1:], 1):

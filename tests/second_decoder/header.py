@@ -9,6 +9,7 @@ from streams import need, xxh3
 MAGIC = b"\x89BVG\r\n\x1a\n"
 METADATA, GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, GROUND, DIRECTORY, CHUNKS, BRICKS = 1, 2, 3, 4, 5, 6, 7, 16, 17, 18
 FIELDS, FIELD_DIRECTORY, FIELD_VALUES = 8, 40, 41       # 17.1
+SHAPES = 10                                             # 18.1
 RASTERS = (rasters.GROUND_TEXTURE, rasters.GROUND_LIT, rasters.PANORAMA)
 PLACES = {DIRECTORY: 0, BRICKS: 1, CHUNKS: 2}           # 3.2.2: the sections of a level
 EXPANSION = 32768                                       # section 10: raw bytes per stored byte
@@ -52,7 +53,7 @@ def check_entry(m, e, before, end):
         need(condition, code, e.at + field, number)
     levels = e.type in PLACES or e.type in (FIELD_DIRECTORY, FIELD_VALUES)
     coded = e.type in (CHUNKS, FIELD_VALUES) or e.type in RASTERS
-    known = e.type in range(1, 9) or levels or e.type in RASTERS
+    known = e.type in range(1, 9) or e.type == SHAPES or levels or e.type in RASTERS
     most = 7 if e.type == rasters.GROUND_LIT else 0
     rule(e.zero == 0, 20, "3.2.1")
     rule(before is None or key(before) < key(e), 0, "3.2.2")
@@ -60,6 +61,7 @@ def check_entry(m, e, before, end):
     rule(not known or e.codec == (coded and not m.mapped), 4, "3.2.5", "unsupported_feature")
     rule(e.flags & ~1 == 0, 6, "3.2.6")
     rule(e.type not in (FIELDS, FIELD_DIRECTORY, FIELD_VALUES) or not e.flags & 1, 6, "17.1.3")
+    rule(e.type != SHAPES or not e.flags & 1, 6, "18.1.1")
     rule(not known or (1 <= e.instance <= m.depth if levels else e.instance <= most), 8, "3.2.7")
     rule(power_of_two(e.alignment, 8, 65536), 16, "3.2.8")
     rule(e.codec != 0 or e.raw == e.stored, 40, "3.2.9")

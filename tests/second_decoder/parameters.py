@@ -101,6 +101,11 @@ def read_materials(m, e):
         need(zero == 0 and not any(zero2), "bad_section", at + 19, "3.6.5")
         m.materials.append((ka, kd, ks, exponent, tuple(colour), blend))
 
+def read_shapes(m, e):
+    """18.2: a shape that is not known is that of a disc."""
+    need(e.raw == 8 * len(m.materials), "bad_section", e.offset, "18.2.1")
+    m.shapes = [int(shape == 1) for shape in m.data[e.offset:e.offset + e.raw:8]]
+
 def read_lights(m, e):
     """3.7."""
     for at, record in records(m, e, 48, "3.7.1"):

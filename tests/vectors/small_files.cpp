@@ -99,6 +99,22 @@ Bytes closed_file(Storage storage) {
     return value_of(encode_model(model, {.storage = storage, .compression_level = 19, .threads = 1}));
 }
 
+// A sphere whose upper half has a material of round points.
+Bytes shapes_file(Storage storage) {
+    Model model = sphere_model(4, {.material = true}, 0.3);
+    model.parameters.materials.resize(2);
+    model.parameters.materials[1].shape = PointShape::round;
+    Level &finest = model.levels.back();
+    for (std::size_t i = 0; i < finest.points.size(); ++i) {
+        const bool is_round = (finest.points.normals[i] & 1 << 12) == 0; // its z is not negative
+        finest.points.materials[i] = is_round ? 1 : 0;
+        if (is_round)
+            finest.points.normals[i] |= kTwoSidedBit;
+    }
+    average_levels(model, 1);
+    return value_of(encode_model(model, {.storage = storage, .compression_level = 19, .threads = 1}));
+}
+
 // Octant 0 has 320 voxels, each alone in its node. Octant 7 has 512 voxels in pairs and, in its last octant, a sheet of
 // 23 voxels, which is a chunk of its own with N = 512.
 Bytes worked_example_file() {
@@ -145,6 +161,8 @@ std::vector<ValidFile> valid_small_files() {
             {"closed-mapped.pbvg", closed_file(Storage::mapped)},
             {"depth-16.pbvg", deepest_file()},
             {"frame-checksum.pbvg", checksum_file()},
+            {"shapes.pbvg", shapes_file(Storage::packed)},
+            {"shapes-mapped.pbvg", shapes_file(Storage::mapped)},
             {"unknown-extras.pbvg", unknown_extras_file()},
             {"worked-example.pbvg", worked_example_file()}};
 }
@@ -153,6 +171,9 @@ void add_small_files(Collection &files) {
     FileEditor damaged(unknown_extras_file()); // repairs no hash; no other hash covers the section
     damaged.flip(std::uint64_t{8} * damaged.section(SectionType{kUnknownType}));
     files.add_as_is("3.2.14-unknown-section", damaged.bytes());
+    const Bytes shapes = shapes_file(Storage::packed);
+    files.add("18.1.1-critical", shapes, set_entry<std::uint16_t>(SectionType::shapes, 0, 6, 1));
+    files.add("18.2.1-too-short", shapes, shorten(SectionType::shapes, 8, 8));
     files.add("5.6.3-checksum", checksum_file(), [](FileEditor &file) { file.flip(8 * file.bytes().size() - 1); });
 }
 

@@ -1,23 +1,27 @@
-// pbm-info: lists the contents of a .pbvg from its header, tables and directories; decodes no chunk and no tile.
+// pbm-info: lists the contents of a .pbvg from its header, tables and directories; decodes no tile, and chunks only
+// where points may be round.
 #include "command_line/common_options.h"
 #include "command_line/json_report.h"
 #include "pbm_format/hashes/hash.h"
 #include "pbm_format/rasters/image_section.h"
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/field_reader.h"
+#include "pbm_format/reading/load_model.h"
 #include "pbm_format/reading/reader.h"
 #include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <iomanip>
 #include <iostream>
 #include <optional>
 #include <sstream>
 
 namespace pbm {
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Material, ka, kd, ks, power, colour, environment)
-}
+NLOHMANN_JSON_SERIALIZE_ENUM(PointShape, {{PointShape::disc, "disc"}, {PointShape::round, "round"}})
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Material, ka, kd, ks, power, colour, environment, shape)
+} // namespace pbm
 
 // Not in an anonymous namespace, where clang would call the readers that the macro adds unused.
 namespace pbm::info_program {
@@ -53,6 +57,7 @@ struct FileSizes {
     std::vector<StreamSize> streams; // over all levels
     std::vector<RasterSize> rasters;
     std::uint64_t counted_bytes = 0; // of the file without its panorama; base of bits per point
+    std::uint64_t round_points = 0;  // of the finest level
 };
 
 } // namespace pbm::info_program
@@ -230,6 +235,7 @@ json to_json(const std::string &path, const Reader &reader, const FileSizes &siz
         {"store", to_string(header.storage())},
         {"colour", colour_name(parameters.attributes.colour)},
         {"closed", parameters.closed},
+        {"round_points", sizes.round_points},
         {"content_id", hexadecimal(header.content_id)},
         {"materials", parameters.materials},
         {"lights", lights_to_json(reader)},
@@ -256,7 +262,7 @@ void print_shading(const ModelParameters &parameters) {
         const Material &m = parameters.materials[i];
         std::cout << "material " << i << "  ka " << m.ka << ", kd " << m.kd << ", ks " << m.ks << ", power " << m.power
                   << ", colour " << +m.colour[0] << ' ' << +m.colour[1] << ' ' << +m.colour[2] << ", environment "
-                  << m.environment << '\n';
+                  << m.environment << (is_round(m) ? ", round\n" : "\n");
     }
     const auto print_vector = [](const char *name, const std::array<float, 3> &v) {
         std::cout << name << v[0] << ' ' << v[1] << ' ' << v[2];
@@ -344,8 +350,9 @@ void print_text(const std::string &path, const Reader &reader, const FileSizes &
               << "grid        from " << grid.origin[0] << ' ' << grid.origin[1] << ' ' << grid.origin[2] << ", edge "
               << grid.edge() << ", up " << to_string(grid.up) << '\n'
               << "colour      " << colour_name(parameters.attributes.colour) << '\n'
-              << (parameters.closed ? "surface     closed\n" : "") << "materials   " << parameters.materials.size()
-              << ", lights " << parameters.lights.size() << '\n';
+              << (parameters.closed ? "surface     closed\n" : "")
+              << (sizes.round_points > 0 ? "round       " + std::to_string(sizes.round_points) + " points\n" : "")
+              << "materials   " << parameters.materials.size() << ", lights " << parameters.lights.size() << '\n';
     print_shading(parameters);
     print_fields(reader);
     std::cout << "content id  " << hexadecimal(header.content_id) << '\n'
@@ -362,6 +369,20 @@ void print_text(const std::string &path, const Reader &reader, const FileSizes &
                   << '\n';
     print_shadows(reader, sizes);
     print_rasters(sizes.rasters);
+}
+
+// Decodes all levels of a file some of whose materials have round points.
+Result<std::uint64_t> count_round_points(Reader &reader) {
+    const std::vector<Material> &materials = reader.parameters().materials;
+    if (std::none_of(materials.begin(), materials.end(), is_round))
+        return 0;
+    const Result<Model> model = load_points(reader);
+    if (!model)
+        return model.error();
+    const Bytes &ids = model->levels.back().points.materials;
+    return ids.empty() ? model->point_count()
+                       : static_cast<std::uint64_t>(std::count_if(
+                             ids.begin(), ids.end(), [&](std::uint8_t id) { return is_round(materials[id]); }));
 }
 
 int fail(const std::string &path, const Error &error) { return command_line::fail("pbm-info", path, error); }
@@ -387,9 +408,13 @@ int run(int argc, char **argv) {
     Result<Reader> reader = Reader::open(file->bytes());
     if (!reader)
         return fail(path, reader.error());
-    const Result<FileSizes> sizes = measure(*reader, file->bytes());
+    Result<FileSizes> sizes = measure(*reader, file->bytes());
     if (!sizes)
         return fail(path, sizes.error());
+    const Result<std::uint64_t> round = count_round_points(*reader);
+    if (!round)
+        return fail(path, round.error());
+    sizes->round_points = *round;
     if (json_path.empty()) {
         if (verbosity != command_line::Verbosity::quiet)
             print_text(path, *reader, *sizes);

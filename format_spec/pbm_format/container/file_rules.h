@@ -38,6 +38,9 @@ bool read_small_sections(const FileHeader &header, std::span<const SectionEntry>
         all &= read(*texture, parameters.texture.emplace_back(), decode_texture);
     if (const SectionEntry *ground = section(SectionType::ground_plane))
         all &= read(*ground, parameters.ground, decode_ground_plane);
+    if (const SectionEntry *shapes = section(SectionType::shapes); all && shapes != nullptr)
+        all = read(*shapes, parameters.materials,
+                   [&](ByteView bytes) { return decode_shapes(bytes, parameters.materials); });
     if (const SectionEntry *fields = section(SectionType::fields)) {
         FieldTable table;
         all &= read(*fields, table, decode_fields);

@@ -18,6 +18,7 @@ constexpr std::array kSections{
     SectionTraits{.type = SectionType::texture, .name = "texture"},
     SectionTraits{.type = SectionType::ground_plane, .name = "ground plane"},
     SectionTraits{.type = SectionType::fields, .name = "fields", .is_optional = true},
+    SectionTraits{.type = SectionType::shapes, .name = "shapes", .is_optional = true},
     SectionTraits{.type = SectionType::level_directory, .name = "directory", .is_of_level = true},
     SectionTraits{.type = SectionType::level_chunks,
                   .name = "chunks",
@@ -246,8 +247,10 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
     if ((entry.flags & ~kCriticalFlag) != 0)
         return broken("3.2.6", at + 6, name + ": unknown flag", "0..1", entry.flags);
     if (traits.is_optional && is_critical)
-        return broken("17.1.3", at + 6, name + ": a critical section, which readers of version 1.0 refuse", 0,
-                      entry.flags);
+        return entry.type == SectionType::shapes
+                   ? broken("18.1.1", at + 6, name + ": critical, so that earlier readers refuse it", 0, entry.flags)
+                   : broken("17.1.3", at + 6, name + ": a critical section, which readers of version 1.0 refuse", 0,
+                            entry.flags);
     if (known != nullptr)
         if (Status status = check_instance(entry, traits, header.depth, at); !status)
             return status;

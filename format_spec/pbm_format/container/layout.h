@@ -27,11 +27,12 @@ namespace pbm {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'B', 'V', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
 inline constexpr std::uint16_t kMajorVersion = 1;
-inline constexpr std::uint16_t kMinorVersion = 2; // the highest that this version writes
+inline constexpr std::uint16_t kMinorVersion = 3; // the highest that this version writes
 inline constexpr std::uint32_t kEndianTag = 0x01020304;
 inline constexpr std::size_t kHeaderBytes = 128;
 inline constexpr std::size_t kSectionEntryBytes = 64;
 inline constexpr std::size_t kMaxSections = 256;
+inline constexpr std::size_t kShapeBytes = 8; // of a record of shapes
 inline constexpr std::size_t kMaxMetadataBytes = 4096;
 inline constexpr std::size_t kSectionAlignment = 8;
 inline constexpr std::uint64_t kMaxPoints = 0xFFFFFFFF;
@@ -85,6 +86,7 @@ enum class SectionType : std::uint32_t {
     texture = 6,
     ground_plane = 7,
     fields = 8,
+    shapes = 10,
     level_directory = 16, // instance = level
     level_chunks = 17,    // instance = level
     level_bricks = 18,    // instance = level; mapped files only
@@ -95,7 +97,7 @@ enum class SectionType : std::uint32_t {
     field_values = 41,    // instance = level
 };
 
-// What its type says of a section. BVG.md 3.2 and 17.1
+// What its type says of a section. BVG.md 3.2, 17.1 and 18.1
 struct SectionTraits {
     SectionType type{};
     std::string_view name = "unknown";
@@ -144,6 +146,8 @@ const SectionEntry *find_section(std::span<const SectionEntry> sections, Section
 Result<Grid> decode_grid(ByteView bytes, int depth);
 Result<AttributeSet> decode_attributes(ByteView bytes, int depth);
 Result<std::vector<Material>> decode_materials(ByteView bytes);
+// The same materials with the shapes of a section of shapes. BVG.md 18.2
+Result<std::vector<Material>> decode_shapes(ByteView bytes, std::vector<Material> materials);
 Result<std::vector<Light>> decode_lights(ByteView bytes);
 Result<SolidTexture> decode_texture(ByteView bytes);
 Result<GroundPlane> decode_ground_plane(ByteView bytes);

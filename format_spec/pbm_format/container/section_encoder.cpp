@@ -80,6 +80,15 @@ Bytes encode_attributes(const AttributeSet &set, int depth) {
     return out.take();
 }
 
+Bytes encode_shapes(std::span<const Material> materials) {
+    ByteWriter out;
+    for (const Material &material : materials) {
+        out.u8(static_cast<std::uint8_t>(material.shape));
+        out.zeros(kShapeBytes - 1);
+    }
+    return out.take();
+}
+
 Bytes encode_materials(std::span<const Material> materials) {
     ByteWriter out;
     for (const Material &material : materials) {

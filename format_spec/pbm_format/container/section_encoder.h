@@ -11,6 +11,7 @@ Bytes encode_section_table(std::span<const SectionEntry> entries);
 Bytes encode_grid(const Grid &grid);
 Bytes encode_attributes(const AttributeSet &set, int depth);
 Bytes encode_materials(std::span<const Material> materials);
+Bytes encode_shapes(std::span<const Material> materials);
 Bytes encode_lights(std::span<const Light> lights);
 Bytes encode_texture(const SolidTexture &texture);
 Bytes encode_ground_plane(const GroundPlane &ground);

@@ -141,6 +141,17 @@ Result<std::vector<Material>> decode_materials(ByteView bytes) {
     return materials;
 }
 
+// A reader takes a shape that it does not know as a disc, and ignores the other bytes.
+Result<std::vector<Material>> decode_shapes(ByteView bytes, std::vector<Material> materials) {
+    if (bytes.size() != kShapeBytes * materials.size())
+        return broken("18.2.1", 0, "the shapes section does not hold 8 bytes for each material",
+                      kShapeBytes * materials.size(), bytes.size());
+    for (std::size_t i = 0; i < materials.size(); ++i)
+        materials[i].shape =
+            PointShape{bytes[kShapeBytes * i]} == PointShape::round ? PointShape::round : PointShape::disc;
+    return materials;
+}
+
 Result<std::vector<Light>> decode_lights(ByteView bytes) {
     if (bytes.empty() || bytes.size() % kLightBytes != 0 || bytes.size() / kLightBytes > kMaxLights)
         return broken("3.7.1", 0, "the light section does not hold 1 to 8 lights of 48 bytes", "48 x 1..8",

@@ -118,6 +118,9 @@ inline constexpr std::array kCatalogue = std::to_array<CatalogueEntry>({
      "The sections of fields are incomplete, critical, or not announced in the header.",
      "Writer: write the fields section, and directory and values of each level, none of them critical; set bit 0 of "
      "the optional features."},
+    {"table.shapes", Severity::error, ErrorCode::bad_table, "18.1.1",
+     "The section of shapes is critical: readers of earlier versions would refuse the file.",
+     "Writer: clear the flag."},
     {"table.not_critical", Severity::warning, ErrorCode::bad_table, "",
      "A known section lacks the critical flag: a reader that does not know it would ignore it.",
      "Writer: set the flag."},
@@ -139,7 +142,7 @@ inline constexpr std::array kCatalogue = std::to_array<CatalogueEntry>({
      "Leave it out: equal input gives other bytes next time."},
     {"metadata.twice", Severity::warning, ErrorCode::bad_section, "",
      "A key of the metadata is there twice: programs differ in which one they see.", "Writer: write each key once."},
-    {"parameter.size", Severity::error, ErrorCode::bad_section, "3.4.1 3.5.1 3.6.1 3.7.1 3.8.1 3.11.1 17.2.1",
+    {"parameter.size", Severity::error, ErrorCode::bad_section, "3.4.1 3.5.1 3.6.1 3.7.1 3.8.1 3.11.1 17.2.1 18.2.1",
      "A small section is not as long as it must be.", "Writer: write whole records, as many as allowed."},
     {"parameter.reserved", Severity::error, ErrorCode::bad_section, "3.4.6 3.5.6 3.6.5 3.7.7 3.8.4 3.11.4 17.2.6",
      "Reserved bytes of a small section are not zero.", "Writer: write zeros."},

@@ -52,13 +52,22 @@ struct Grid {
 };
 
 // Phong coefficients (dissertation section 4.6). BVG.md 3.6.
+// How the points of a material are drawn. BVG.md 18
+enum class PointShape : std::uint8_t {
+    disc = 0,  // a disc on the surface, across the normal
+    round = 1, // a disc that faces the eye: the points lie on no surface
+};
+
 struct Material {
     float ka = 0.2F, kd = 0.7F, ks = 0.1F; // each 0..1
     float power = 16;                      // specular exponent, 1e-6..1024
     Rgb8 colour{204, 204, 204};            // sRGB, for points without a colour
     float environment = 0;                 // environment blending factor, 0..1
+    PointShape shape = PointShape::disc;
     bool operator==(const Material &) const = default;
 };
+
+inline bool is_round(const Material &material) { return material.shape == PointShape::round; }
 
 enum class LightKind : std::uint8_t { directional = 0, point = 1, spot = 2 };
 

@@ -79,6 +79,8 @@ Bytes FileLayout::assemble(FileHeader header) {
             header.minor = std::max<std::uint16_t>(header.minor, 1);
             header.optional_features |= kFieldsFeature;
         }
+        if (entry.type == SectionType::shapes)
+            header.minor = 3;
         entry.offset = (end + entry.alignment - 1) / entry.alignment * entry.alignment;
         end = entry.offset + entry.stored_bytes;
         header.raw_bytes += entry.raw_bytes;

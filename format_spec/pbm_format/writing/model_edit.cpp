@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <new>
+#include <utility>
 
 namespace pbm {
 namespace {
@@ -88,8 +89,8 @@ Bytes with_small_sections(ByteView file, const Reader &reader, const Model &mode
     for (EncodedSection &section : encode_small_sections(model.parameters, model.metadata))
         layout.add(std::move(section));
     for (const SectionEntry &entry : reader.sections()) {
-        const bool is_edited = entry.type < SectionType::level_directory && entry.type != SectionType::fields;
-        if (is_edited || !is_known(entry.type))
+        const SectionTraits *const known = traits_of(entry.type);
+        if (known == nullptr || (entry.type < SectionType::level_directory && !known->is_optional))
             continue;
         const ByteView stored = slice(file, entry.offset, entry.stored_bytes);
         layout.add(entry, Bytes(stored.begin(), stored.end()));
@@ -129,7 +130,9 @@ Result<Bytes> edited_model(ByteView file, const ModelEdit &edit, const EditOptio
     auto model = load_model(*reader, {.threads = options.threads, .max_memory = options.max_memory, .fields = true});
     if (!model)
         return model.error();
-    model->parameters = edit.parameters;
+    const std::vector<Material> of_file = std::exchange(model->parameters, edit.parameters).materials;
+    for (std::size_t i = 0; i < of_file.size(); ++i)
+        model->parameters.materials[i].shape = of_file[i].shape;
     model->metadata = edit.metadata;
     if (edit.shadows.empty())
         return with_small_sections(file, *reader, *model);

@@ -63,6 +63,7 @@ enum TableNumber : std::uint8_t {
     brick_table,
     field_table,
     field_entry_table,
+    shape_table,
     table_count
 };
 
@@ -127,7 +128,7 @@ FileHeader some_header() {
     return header;
 }
 
-TEST(ByteTables, AreFifteen) { EXPECT_EQ(read_tables().size(), table_count); }
+TEST(ByteTables, AreSixteen) { EXPECT_EQ(read_tables().size(), table_count); }
 
 TEST(ByteTables, OfTheHeaderAreTheCode) {
     const FileHeader header = some_header();
@@ -290,6 +291,12 @@ TEST(ByteTables, OfFieldsAreTheCode) {
                            .stream = {.stored_bytes = 0x123456, .filter = Filter::field16, .zstd = false}};
     expect_table(field_entry_table, encode_field_directory({.entries = {entry}, .fields = 1}),
                  {integer("XXH3-64", entry.hash, 8), integer("bits 0..23", 0x0A123456, 4)});
+}
+
+TEST(ByteTables, OfShapesIsTheCode) {
+    const Material material{.shape = PointShape::round};
+    expect_table(shape_table, encode_shapes(std::array{material}),
+                 {integer("shape", 1, 1), {"later versions", Bytes(7)}});
 }
 
 TEST(ByteTables, OfAChunkEntryIsTheCode) {

@@ -65,6 +65,35 @@ TEST(File, AClosedSurfaceIsOneBitOfTheHeader) {
     EXPECT_TRUE(report.findings.empty());
 }
 
+TEST(File, ShapesAreASectionThatEarlierReadersIgnore) {
+    Model model = test::sphere_model(4, {});
+    const Bytes discs = encode(model);
+    model.parameters.materials[0].shape = PointShape::round;
+    for (const Storage storage : {Storage::packed, Storage::mapped}) {
+        const Bytes round = encode(model, {.storage = storage});
+        EXPECT_EQ(load(round), model);
+        EXPECT_EQ(decode_header(round)->minor, 3);
+        EXPECT_EQ(decode_header(round)->content_id, decode_header(discs)->content_id);
+        const auto sections = decode_section_table(round, *decode_header(round));
+        ASSERT_TRUE(sections);
+        const SectionEntry *const shapes = find_section(*sections, SectionType::shapes);
+        ASSERT_NE(shapes, nullptr);
+        EXPECT_EQ(shapes->flags, 0);
+        EXPECT_EQ(shapes->raw_bytes, 8U);
+        EXPECT_TRUE(validate(round, {.least = Severity::info}).findings.empty());
+    }
+    EXPECT_EQ(decode_header(discs)->minor, 0);
+}
+
+TEST(File, AShapeOfALaterVersionIsADisc) {
+    const std::vector<Material> two(2);
+    EXPECT_EQ(value_of(decode_shapes(Bytes{2, 9, 9, 9, 9, 9, 9, 9, 1, 0, 0, 0, 0, 0, 0, 0}, two))[0].shape,
+              PointShape::disc);
+    EXPECT_EQ(value_of(decode_shapes(Bytes{2, 9, 9, 9, 9, 9, 9, 9, 1, 0, 0, 0, 0, 0, 0, 0}, two))[1].shape,
+              PointShape::round);
+    EXPECT_EQ(decode_shapes(Bytes(15), two).error().code, ErrorCode::bad_section);
+}
+
 TEST(File, BytesDependOnNeitherThreadsNorTheMachine) {
     const Model model = test::sphere_model(6, test::every_attribute(ColourFormat::rgb888, 6));
     const Bytes one = encode(model, {.chunk_points = 512, .threads = 1});

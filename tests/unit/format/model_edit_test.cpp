@@ -132,6 +132,20 @@ TEST(ModelEdit, KeepsWhetherTheSurfaceIsClosed) {
     EXPECT_EQ(edited_model(file, edit).error().code, ErrorCode::usage);
 }
 
+TEST(ModelEdit, KeepsTheShapesOfMaterials) {
+    Model model = test::sphere_model(3, {});
+    model.parameters.materials[0].shape = PointShape::round;
+    for (const Storage storage : {Storage::packed, Storage::mapped}) {
+        const Bytes file = file_of(model, storage);
+        ModelEdit edit(value_of(Reader::open(file)));
+        edit.parameters.materials[0] = {.ka = 0.5F};
+        Model wanted = model;
+        wanted.parameters.materials[0].ka = 0.5F;
+        wanted.parameters.materials[0].kd = Material().kd;
+        EXPECT_EQ(value_of(edited_model(file, edit)), file_of(wanted, storage));
+    }
+}
+
 TEST(ModelEdit, RefusesWhatPointsDependOn) {
     const Bytes file = file_of(lit_sphere(), Storage::packed);
     const Reader reader = value_of(Reader::open(file));

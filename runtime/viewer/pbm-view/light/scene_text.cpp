@@ -104,11 +104,15 @@ const char *ground_word(const GroundPlane &ground) {
     return !ground.texture ? "plain" : ground.texture->kind == TextureKind::marble ? "marble" : "wood";
 }
 
-// The materials that --material replaces: not that of the ground, which the builder adds behind the scan's.
+// The materials that --material replaces: not those of round points and of the ground, which the builder adds behind
+// the scan's.
 std::span<const Material> of_object(const Appearance &appearance, const ModelParameters &file) {
     const bool ground_is_last =
         file.ground && appearance.materials.size() > 1 && file.ground->material + 1U == appearance.materials.size();
-    return std::span(appearance.materials).first(appearance.materials.size() - (ground_is_last ? 1 : 0));
+    const auto round = std::find_if(file.materials.begin(), file.materials.end(), is_round);
+    const auto before_round = static_cast<std::size_t>(round - file.materials.begin());
+    return std::span(appearance.materials)
+        .first(std::min(appearance.materials.size() - (ground_is_last ? 1 : 0), before_round));
 }
 
 } // namespace

@@ -144,6 +144,8 @@ Status read_parameters(PartReader &in, int depth, ModelParameters &parameters) {
     const auto grid = decode_grid(in.next(), depth);
     const auto set = decode_attributes(in.next(), depth);
     auto materials = decode_materials(in.next());
+    if (materials)
+        materials = decode_shapes(in.next(), std::move(*materials));
     const ByteView fields = in.next();
     if (!grid || !set || !materials)
         return damaged();
@@ -234,6 +236,7 @@ Status write_part(const std::string &path, const PartName &name, const Part &par
     out.add(encode_grid(parameters.grid));
     out.add(encode_attributes(parameters.attributes, depth));
     out.add(encode_materials(parameters.materials));
+    out.add(encode_shapes(parameters.materials));
     const std::vector<Field> &fields = parameters.fields;
     out.add(fields.empty() ? Bytes()
                            : encode_fields({.fields = fields, .roots = std::vector<std::uint16_t>(fields.size())}));
