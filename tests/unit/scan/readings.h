@@ -21,6 +21,9 @@ inline std::span<const std::uint8_t> bytes_of(const std::string &text) {
     return {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()};
 }
 
+// The bytes of a number, as a file of this machine's order has them.
+template <class T> std::string raw(T value) { return {reinterpret_cast<const char *>(&value), sizeof value}; }
+
 // The results of read_ply and the like.
 template <Result<build::Surface> (*Read)(std::span<const std::uint8_t>, const build::ReadOptions &)> struct Reading {
     static build::Surface surface(const std::string &file) {

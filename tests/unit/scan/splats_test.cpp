@@ -18,8 +18,6 @@ using namespace pbm;
 using namespace pbm::build;
 using namespace pbm::test;
 
-template <class T> std::string raw(T value) { return {reinterpret_cast<const char *>(&value), sizeof value}; }
-
 void expect_near(const glm::vec3 &a, const glm::vec3 &b) {
     for (int axis = 0; axis < 3; ++axis)
         EXPECT_NEAR(a[axis], b[axis], 2e-3) << axis;

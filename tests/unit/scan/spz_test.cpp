@@ -17,8 +17,6 @@ using namespace pbm;
 using namespace pbm::build;
 using namespace pbm::test;
 
-template <class T> std::string raw(T value) { return {reinterpret_cast<const char *>(&value), sizeof value}; }
-
 std::string header(std::uint32_t version, std::uint32_t splats, int degree, int streams = 0) {
     return "NGSP" + raw(version) + raw(splats) + static_cast<char>(degree) + static_cast<char>(12) + std::string(1, 0) +
            static_cast<char>(streams);

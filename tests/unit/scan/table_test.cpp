@@ -20,8 +20,6 @@ using namespace pbm::test;
 
 std::string refusal(const std::string &text, std::string_view name) { return error(text, name).message; }
 
-std::string raw(const auto &value) { return {reinterpret_cast<const char *>(&value), sizeof value}; }
-
 std::string pcd(const std::string &fields, const std::string &sizes, const std::string &types, int points,
                 const std::string &data, const std::string &viewpoint = "0 0 0 1 0 0 0") {
     const std::string count = std::to_string(points);
