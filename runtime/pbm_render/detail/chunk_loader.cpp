@@ -116,6 +116,7 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
     if (fields_)
         if (Status status = load_field(task, *chunk); !status)
             return std::move(status).error();
+    mark_round_points(chunk->view, reader_.parameters(), task.place.level, chunk->round);
     chunk->bounds = bounds_of(chunk->view.bricks, task.place.level);
     for (const BrickRecord &brick : chunk->view.bricks)
         chunk->largest_radius = std::max(chunk->largest_radius, brick.largest_radius);
@@ -129,7 +130,8 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
 std::uint64_t ChunkLoader::memory_of(int level, const ChunkEntry &entry) const {
     const ChunkShape &shape = entry.shape;
     const std::uint64_t field = fields_ ? std::uint64_t{1} + fields_->fields()[colours_->field].bytes : 0;
-    const std::uint64_t offsets = ChunkOffsets::memory_of(shape) + field * shape.points;
+    const std::uint64_t round = has_round_points(reader_.parameters()) ? RoundPoints::kBytes : 0;
+    const std::uint64_t offsets = ChunkOffsets::memory_of(shape) + (field + round) * shape.points;
     if (is_mapped()) // the bytes of a whole file take no memory
         return offsets + (reader_.source().is_whole() ? 0 : bytes_read_by(entry));
     const AttributeSet &set = reader_.parameters().attributes;

@@ -3,6 +3,7 @@
 
 #include "pbm_format/chunks/mapped_chunk.h"
 #include "pbm_render/bricks/chunk_offsets.h"
+#include "pbm_render/bricks/round_points.h"
 
 #include <glm/vec3.hpp>
 
@@ -57,6 +58,7 @@ struct ResidentChunk {
     Chunk decoded;                   // of a packed file; its lit fractions are packed
     std::vector<BrickRecord> bricks; // of a packed file
     Bytes field, field_indices;      // stored values of the shown field; the view has their indices as texture values
+    RoundPoints round;               // drawn normals and radii; of chunks with round points
     MemoryClaim memory;
 };
 using ResidentPointer = std::shared_ptr<const ResidentChunk>;
