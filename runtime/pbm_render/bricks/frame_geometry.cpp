@@ -54,9 +54,13 @@ HWY_EXPORT(turn_normals);
 FrameGeometry::FrameGeometry(const Projection &p, int picture_width, int picture_height)
     : projection(p), width(picture_width), height(picture_height), focal(static_cast<float>(p.focal)),
       inverse_focal(1 / focal), middle_x(static_cast<float>(p.middle.x)), middle_y(static_cast<float>(p.middle.y)),
-      normals(kNormalCount), packed(kNormalCount), radii(radius_table()), thickness(splat_thickness()),
-      shows_backs(p.shows_backs) {
+      normals(kNormalCount), packed(kNormalCount), normal_mask(drawn_normal_mask(p.has_round_points)),
+      radii(radius_table()), thickness(splat_thickness()), shows_backs(p.shows_backs) {
     HWY_DYNAMIC_DISPATCH(turn_normals)(p.axes, splat_normals(), normals, packed);
+    if (p.has_round_points) {
+        append_facing(normals, {0, 0, -1, 0});
+        append_facing(packed, kPackedFacing);
+    }
 }
 
 } // namespace pbm

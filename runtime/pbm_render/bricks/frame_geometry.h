@@ -26,6 +26,7 @@ struct EyeNormal {
 inline constexpr float kPackedNormalScale = 255;
 inline constexpr std::int32_t kPackedInsetMask = 15 << 1, kPackedTwoSided = 1;
 inline constexpr float kPackedInsetScale = 25 * 2;
+inline constexpr std::int32_t kPackedFacing = -255 * (1 << 5) & 0x3FE0; // (0, 0, -1), no inset
 
 struct FrameGeometry {
     // `projection` maps the unit grid to the screen.
@@ -35,8 +36,9 @@ struct FrameGeometry {
     int width, height;
     float focal, inverse_focal;       // pixels
     float middle_x, middle_y;         // pixels
-    std::vector<EyeNormal> normals;   // [kNormalCount]
-    std::vector<std::int32_t> packed; // [kNormalCount]
+    std::vector<EyeNormal> normals;   // [kNormalCount], or [kDrawnNormals]
+    std::vector<std::int32_t> packed; // the same
+    std::int32_t normal_mask;         // of their indices
     std::array<float, 256> radii;     // by radius index
     std::span<const float> thickness; // [kNormalCount] of splats, voxel edges
     bool shows_backs;                 // points that face away are drawn, too

@@ -76,6 +76,7 @@ struct Camera {
     bool orthographic = false;             // drawn by a telecentric camera, see telecentric()
     ClipRegion clip{};                     // model space; empty: the whole model. What lies outside is not drawn
     Backs backs = Backs::automatic;
+    bool has_round_points = false; // the model has some (BVG.md 18): in_unit_grid knows
     bool operator==(const Camera &) const = default;
 };
 

@@ -1,7 +1,5 @@
 #include "pbm_render/camera/normal_table.h"
 
-#include "pbm_format/model/normal.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -64,6 +62,10 @@ std::vector<ScreenNormal> transform_normals(const Projection &projection) {
         const UnitVector &n = table[i];
         screen[i] = {projection.vector({n[0], n[1], n[2]}), projection.plane({n[0], n[1], n[2]}), thickness[i],
                      splats[i].inset};
+    }
+    if (projection.has_round_points) {
+        const glm::dvec3 facing = -projection.axes.forward;
+        append_facing(screen, {projection.vector(facing), projection.plane(facing), 0, 0});
     }
     return screen;
 }

@@ -2,6 +2,7 @@
 // Based on: Botsch, Wiratanaya, Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002
 #pragma once
 
+#include "pbm_format/model/normal.h"
 #include "pbm_render/camera/projection.h"
 
 #include <glm/vec3.hpp>
@@ -15,6 +16,20 @@ namespace pbm {
 
 // Flipping these bits of a normal's index gives the opposite normal: it mirrors the octant's triangle in all axes.
 inline constexpr std::size_t kOppositeNormal = 7U << 10;
+
+// Round points (BVG.md 18) are drawn as discs that face the eye, parallel to the picture. Bit 14 of the normals that
+// are drawn marks them; stored normals have it clear. So the entries kRoundBit .. kRoundBit + kNormalCount - 1 of a
+// table of normals face the eye.
+inline constexpr std::uint16_t kRoundBit = 0x4000;
+inline constexpr std::size_t kDrawnNormals = kRoundBit + kNormalCount;
+// The bits of a drawn normal that are its index into a table of a frame.
+constexpr std::uint16_t drawn_normal_mask(bool has_round_points) {
+    return static_cast<std::uint16_t>(kNormalIndexMask | (has_round_points ? kRoundBit : 0));
+}
+// Appends these entries to a table of kNormalCount normals.
+template <class Normal> void append_facing(std::vector<Normal> &table, const Normal &facing) {
+    table.resize(kDrawnNormals, facing);
+}
 
 // One normal in a frame, and the layout of splats that have it; see splat.h.
 struct ScreenNormal {
@@ -32,7 +47,7 @@ struct SplatNormal {
 std::span<const SplatNormal> splat_normals();
 std::span<const float> splat_thickness(); // voxel edges, [kNormalCount]
 
-// [kNormalCount]
+// [kNormalCount], or [kDrawnNormals]
 std::vector<ScreenNormal> transform_normals(const Projection &projection);
 
 // A point faces away if (normal . unit ray from the eye) exceeds this. Normals are averages over a voxel, and the

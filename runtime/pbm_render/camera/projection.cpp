@@ -8,7 +8,8 @@ namespace pbm {
 
 Projection::Projection(const Camera &camera, int width, int height)
     : eye(camera.position), axes(eye_axes(camera)), focal(height / (2 * std::tan(camera.view_angle / 2))),
-      middle(width / 2.0, height / 2.0), clip(camera.clip), shows_backs(camera.backs != Backs::hide) {}
+      middle(width / 2.0, height / 2.0), clip(camera.clip), shows_backs(camera.backs != Backs::hide),
+      has_round_points(camera.has_round_points) {}
 
 glm::dvec3 Projection::vector(glm::dvec3 model) const {
     const double depth = glm::dot(axes.forward, model);

@@ -24,10 +24,11 @@ struct Projection {
 
     glm::dvec3 eye; // model space
     EyeAxes axes;
-    double focal;      // pixels
-    glm::dvec2 middle; // of the picture, pixels
-    HalfSpaces clip;   // of the camera, model space
-    bool shows_backs;  // points that face away from the eye are drawn, too
+    double focal;          // pixels
+    glm::dvec2 middle;     // of the picture, pixels
+    HalfSpaces clip;       // of the camera, model space
+    bool shows_backs;      // points that face away from the eye are drawn, too
+    bool has_round_points; // tables of normals hold kDrawnNormals entries, else kNormalCount
 };
 
 } // namespace pbm

@@ -2,6 +2,7 @@
 
 #include <glm/vector_relational.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace pbm {
@@ -38,6 +39,7 @@ Camera in_unit_grid(const Camera &camera, const ModelParameters &parameters) {
         result.clip.box = {(camera.clip.box->least - origin) / grid.edge(),
                            (camera.clip.box->most - origin) / grid.edge()};
     result.backs = shows_backs(camera, parameters) ? Backs::show : Backs::hide;
+    result.has_round_points = std::any_of(parameters.materials.begin(), parameters.materials.end(), is_round);
     return telecentric(result, 1);
 }
 

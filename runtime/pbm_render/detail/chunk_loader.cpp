@@ -162,6 +162,7 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
     }
     if (Status status = colour(task, *chunk); !status)
         return std::move(status).error();
+    mark_round_points(chunk->view, reader_.parameters(), task.place.level, chunk->round);
     chunk->bounds = bounds_of(chunk->view.bricks, task.place.level);
     for (const BrickRecord &brick : chunk->view.bricks)
         chunk->largest_radius = std::max(chunk->largest_radius, brick.largest_radius);
@@ -174,7 +175,8 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
 
 std::uint64_t ChunkLoader::memory_of(int level, const ChunkEntry &entry) const {
     const ChunkShape &shape = entry.shape;
-    const std::uint64_t offsets = ChunkOffsets::memory_of(shape) + colouring_bytes(colours_) * shape.points;
+    const std::uint64_t round = has_round_points(reader_.parameters()) ? RoundPoints::kBytes : 0;
+    const std::uint64_t offsets = ChunkOffsets::memory_of(shape) + (colouring_bytes(colours_) + round) * shape.points;
     if (is_mapped()) // the bytes of a whole file take no memory
         return offsets + (reader_.source().is_whole() ? 0 : bytes_read_by(entry));
     const AttributeSet &set = reader_.parameters().attributes;

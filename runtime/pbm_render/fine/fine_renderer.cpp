@@ -231,7 +231,7 @@ void FineRenderer::Frame::read_visible_point(std::uint32_t id, const Sample &sam
     const std::size_t i = runs.ids().point(id);
     const FrameGeometry &geometry = sample.geometry;
     const std::uint16_t stored = run.chunk->normals[i];
-    const EyeNormal &n = geometry.normals[stored & kNormalIndexMask];
+    const EyeNormal &n = geometry.normals[static_cast<std::size_t>(stored & geometry.normal_mask)];
     const float facing = n.x * (pixel.x - geometry.middle_x) * geometry.inverse_focal +
                          n.y * (pixel.y - geometry.middle_y) * geometry.inverse_focal + n.z;
     const bool turn = PointIds::is_back(id) || ((stored & kTwoSidedBit) != 0 && facing > 0);

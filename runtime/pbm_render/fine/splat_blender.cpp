@@ -119,7 +119,7 @@ struct Blending {
 HWY_INLINE void read_point(const Blending &blending, std::size_t i, SurfacePoint &to) {
     const FrameGeometry &frame = blending.at.frame;
     const FacingPoints &facing = blending.block.points;
-    const EyeNormal &n = frame.normals[static_cast<std::size_t>(facing.normal_index[i]) & kNormalIndexMask];
+    const EyeNormal &n = frame.normals[static_cast<std::size_t>(facing.normal_index[i] & frame.normal_mask)];
     const float ray_x = (facing.x[i] - frame.middle_x) * frame.inverse_focal,
                 ray_y = (facing.y[i] - frame.middle_y) * frame.inverse_focal;
     const bool turn =

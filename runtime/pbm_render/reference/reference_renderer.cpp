@@ -1,5 +1,6 @@
 #include "pbm_render/reference/reference_renderer.h"
 
+#include "pbm_render/bricks/round_points.h"
 #include "pbm_render/camera/unit_grid.h"
 #include "pbm_render/shading/level_shader.h"
 #include "pbm_render/splats/near_splat.h"
@@ -26,8 +27,8 @@ class PlainWalk {
     // `offsets`: of the points drawn; may be empty.
     PlainWalk(const Model &model, int level, std::span<const std::int8_t> offsets, const Projection &projection,
               Framebuffer &target)
-        : model_(model), level_(level), points_(model.levels[static_cast<std::size_t>(level)].points),
-          offsets_(offsets), projection_(projection), frame_(projection, target.width, target.height),
+        : model_(model), level_(level), points_(pbm::drawn_points(model, level, round_)), offsets_(offsets),
+          projection_(projection), frame_(projection, target.width, target.height),
           normals_(transform_normals(projection)), voxel_(std::ldexp(1.0F, -level)), target_(target) {}
 
     // Returns how many points are drawn.
@@ -46,7 +47,8 @@ class PlainWalk {
 
     const Model &model_;
     const int level_;
-    const PointAttributes &points_;
+    RoundPoints round_;
+    const PointView points_;
     const std::span<const std::int8_t> offsets_;
     const Projection &projection_;
     const FrameGeometry frame_;
@@ -88,7 +90,7 @@ void PlainWalk::draw_point(std::size_t index, const glm::vec3 &image) {
     if (depth <= kMinRadii * radius + kMinVoxels * voxel_)
         return draw_point_around_eye(index, image);
     const glm::vec2 pixel(image.x / depth, image.y / depth);
-    std::size_t normal = points_.normals[index] & kNormalIndexMask;
+    auto normal = static_cast<std::size_t>(points_.normals[index] & frame_.normal_mask);
     const bool two_sided = (points_.normals[index] & kTwoSidedBit) != 0;
     float facing = glm::dot(normals_[normal].plane, glm::vec3(pixel, 1)); // cosine of normal and ray
     const bool is_back = !two_sided && facing > kFacingSlack;

@@ -251,7 +251,7 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const VisibleBrick
         if constexpr (kPlaced)
             offset = hn::PromoteTo(di, hn::LoadU(signed8, points.offsets + i));
         const auto sidedness = hn::And(hn::ShiftRight<kTwoSidedShift>(stored), hn::Set(di, kPackedTwoSided));
-        const IntVector index = hn::And(stored, hn::Set(di, kNormalIndexMask));
+        const IntVector index = hn::And(stored, hn::Set(di, frame.normal_mask));
         const IntVector packed = hn::Or(hn::GatherIndex(di, frame.packed.data(), index), sidedness);
         const SplatNormal normal = splat_normal(frame, packed, pixel_x, pixel_y, false);
         const Mask faces = hn::Le(normal.facing, set(slack));

@@ -85,7 +85,7 @@ bool draw_near(const PointAroundEye &point, float voxel, bool shows_backs, const
     const glm::vec3 &image = point.image;
     if (image.z <= -point.radius)
         return false;
-    const auto [x, y, z, mean_inset] = frame.normals[point.normal & kNormalIndexMask];
+    const auto [x, y, z, mean_inset] = frame.normals[static_cast<std::size_t>(point.normal & frame.normal_mask)];
     const glm::vec3 normal(x, y, z), centre((image.x - frame.middle_x * image.z) * frame.inverse_focal,
                                             (image.y - frame.middle_y * image.z) * frame.inverse_focal, image.z);
     const bool two_sided = (point.normal & kTwoSidedBit) != 0;

@@ -48,7 +48,7 @@ void draw_near(std::span<const NearSplat> splats, const FrameGeometry &frame, De
 // A point around the eye.
 struct PointAroundEye {
     glm::vec3 image;             // M * centre of its voxel: pixel times depth, depth
-    std::uint16_t normal;        // as stored
+    std::uint16_t normal;        // as drawn: kRoundBit marks round points
     float radius;                // grid edges
     std::optional<float> offset; // of the surface along the normal, voxels; absent: what the normal says
     std::uint32_t id;            // stands for its colour

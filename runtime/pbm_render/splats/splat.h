@@ -35,6 +35,10 @@ inline constexpr float kOutlineSlope = 1.4F;
 inline constexpr float kBackOutlineInset = 0.4F;
 // Lower bound of the cosine between a plane's normal and the ray.
 inline constexpr float kEdgeOn = 0.02F;
+// Bounds of the covariance matrix of an ellipse. Of large splats seen edge-on rounding errors are larger than what is
+// left of the matrix, and would turn the ellipse into a hyperbola, which fills the box around it.
+inline constexpr float kMaxCorrelation = 0.9999F; // xy^2 / (xx yy): 1 is that of a line
+inline constexpr float kMinVariance = 1 / 16.0F;  // xx and yy over the least eigenvalue of the ellipsoid, at depth 1
 // Clamps the depth slope of a plane per screen axis: beyond 70 degrees, normals are too noisy to determine the depth
 // one pixel away from the point.
 inline constexpr float kSteepest = 3;
@@ -86,11 +90,13 @@ struct SplatSize {
     }
     const float thickness = normal.thickness * size.voxel * (placed ? kPlacedThickness : 1);
     const float flat = std::max(r2 - thickness * thickness, 0.0F);
-    const float xx = r2 * (focal * focal + o.x * o.x) - flat * (n.x * n.x);
-    const float xy = r2 * (o.x * o.y) - flat * (n.x * n.y);
-    const float yy = r2 * (focal * focal + o.y * o.y) - flat * (n.y * n.y);
+    const float least = kMinVariance * (r2 - flat) * focal * focal;
+    const float xx = std::max(r2 * (focal * focal + o.x * o.x) - flat * (n.x * n.x), least);
+    const float yy = std::max(r2 * (focal * focal + o.y * o.y) - flat * (n.y * n.y), least);
+    const float product = xx * yy, most_xy = std::sqrt(kMaxCorrelation * product);
+    const float xy = std::clamp(r2 * (o.x * o.y) - flat * (n.x * n.y), -most_xy, most_xy);
 
-    const float inverse = 1 / (xx * yy - xy * xy);
+    const float inverse = 1 / (product - xy * xy);
 
     const float steepest = (placed ? kPlacedSteepest : kSteepest) / focal;
     const glm::vec2 slope =

@@ -115,17 +115,20 @@ HWY_INLINE ProjectedSplats project_ellipses(const StripRun &at, const FacingPoin
         r2 = hn::Max(hn::Sub(r2, hn::Mul(moved, moved)), hn::Mul(r2, set(kPlacedMin * kPlacedMin)));
     }
     const Vector flat = hn::Max(hn::Sub(r2, hn::Mul(thickness, thickness)), hn::Zero(d));
+    const Vector least = hn::Mul(set(kMinVariance), hn::Sub(r2, flat));
     const auto covariance = [&](Vector rays, Vector images) {
         return hn::Sub(hn::Mul(r2, rays), hn::Mul(flat, images));
     };
     const Vector low_pass = hn::Mul(set(enlarged.low_pass), s.pixel_size), low_pass2 = hn::Mul(low_pass, low_pass);
-    const Vector xx =
-        hn::Add(covariance(hn::Add(one, hn::Mul(n.ray_x, n.ray_x)), hn::Mul(s.image_x, s.image_x)), low_pass2);
-    const Vector xy = covariance(hn::Mul(n.ray_x, n.ray_y), hn::Mul(s.image_x, s.image_y));
-    const Vector yy =
-        hn::Add(covariance(hn::Add(one, hn::Mul(n.ray_y, n.ray_y)), hn::Mul(s.image_y, s.image_y)), low_pass2);
+    const auto variance_of = [&](Vector ray, Vector image) {
+        return hn::Add(hn::Max(covariance(hn::Add(one, hn::Mul(ray, ray)), hn::Mul(image, image)), least), low_pass2);
+    };
+    const Vector xx = variance_of(n.ray_x, s.image_x), yy = variance_of(n.ray_y, s.image_y);
+    const Vector product = hn::Mul(xx, yy), most_xy = hn::Sqrt(hn::Mul(set(kMaxCorrelation), product));
+    const Vector xy = hn::Min(
+        hn::Max(covariance(hn::Mul(n.ray_x, n.ray_y), hn::Mul(s.image_x, s.image_y)), hn::Neg(most_xy)), most_xy);
     const Vector size2 = hn::Mul(s.pixel_size, s.pixel_size);
-    const Vector inverse = hn::Div(size2, hn::Sub(hn::Mul(xx, yy), hn::Mul(xy, xy)));
+    const Vector inverse = hn::Div(size2, hn::Sub(product, hn::Mul(xy, xy)));
     hn::Store(hn::Mul(yy, inverse), d, to.xx.data() + lane);
     hn::Store(hn::Mul(hn::Mul(set(-2), xy), inverse), d, to.xy.data() + lane);
     hn::Store(hn::Mul(xx, inverse), d, to.yy.data() + lane);

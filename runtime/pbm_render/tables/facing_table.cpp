@@ -5,13 +5,14 @@
 
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 
 namespace pbm {
 
 void mark_facing(const glm::dvec3 &eye, const glm::dvec3 &centre, double half_edge, std::vector<Facing> &facing) {
-    facing.assign(2 * kNormalCount, Facing::both);
+    facing.assign(std::max(facing.size(), std::size_t{2 * kNormalCount}), Facing::both);
     const glm::dvec3 sight = centre - eye;
     // n . (x - eye) has its extremes over the cube at corners; the slack grows with the distance of the point.
     const double slack = static_cast<double>(kFacingSlack) * (glm::length(sight) + half_edge * std::sqrt(3.0));

@@ -17,8 +17,9 @@ enum class Facing : std::uint8_t {
     both,  // two-sided
 };
 
-// One entry per stored normal value, two-sided bit included: [2 * kNormalCount]. The entries hold for every point of
-// the cube with this centre and half edge, in model space.
+// One entry per stored normal value, two-sided bit included: [2 * kNormalCount]; a larger table holds round points
+// behind them, which face the eye. The entries hold for every point of the cube with this centre and half edge, in
+// model space.
 void mark_facing(const glm::dvec3 &eye, const glm::dvec3 &centre, double half_edge, std::vector<Facing> &facing);
 
 } // namespace pbm

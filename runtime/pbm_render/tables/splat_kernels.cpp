@@ -1,6 +1,7 @@
 #include "pbm_render/tables/splat_kernels.h"
 
 #include "pbm_format/model/normal.h"
+#include "pbm_render/camera/normal_table.h"
 
 #include <glm/geometric.hpp>
 
@@ -70,6 +71,9 @@ SplatKernels::SplatKernels(const Projection &projection, int width, int height, 
         const auto digits = quantise_normal(std::abs(right), std::abs(down), near) >> kFineBits & (kDigits - 1);
         normals_.push_back({static_cast<std::uint8_t>(digits), right < 0, down < 0});
     }
+    if (projection.has_round_points)
+        append_facing(normals_,
+                      {static_cast<std::uint8_t>(quantise_normal(0, 0, 1) >> kFineBits & (kDigits - 1)), false, false});
     kernels_.reserve(kKernelCount);
     for (std::size_t index = 0; index < kKernelCount; ++index) {
         const glm::dvec3 normal = mean_normal(index % kDigits);

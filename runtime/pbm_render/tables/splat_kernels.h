@@ -49,7 +49,7 @@ class SplatKernels {
 
     glm::vec2 middle_;                // pixels
     float front_, inverse_range_;     // depth
-    std::vector<NormalBits> normals_; // [kNormalCount]
+    std::vector<NormalBits> normals_; // [kNormalCount], or [kDrawnNormals]
     std::vector<SplatKernel> kernels_;
 };
 

@@ -1,5 +1,6 @@
 #include "pbm_render/tables/table_renderer.h"
 
+#include "pbm_render/bricks/round_points.h"
 #include "pbm_render/camera/unit_grid.h"
 #include "pbm_render/shading/level_shader.h"
 #include "pbm_render/splats/near_splat.h"
@@ -64,7 +65,9 @@ class TableWalk {
     const bool shows_backs_;
     const Grid grid_; // unit_grid
     const int level_;
-    const std::uint16_t *const point_normals_; // attributes of the points drawn
+    RoundPoints round_;
+    const PointView points_;                   // that are drawn
+    const std::uint16_t *const point_normals_; // their attributes
     const std::uint8_t *const point_radii_;
     const std::span<const std::int8_t> offsets_; // of the points drawn; may be empty
     Framebuffer &target_;
@@ -89,13 +92,12 @@ class TableWalk {
 TableWalk::TableWalk(const Model &model, const Projection &projection, const TableOptions &own,
                      std::span<const std::int8_t> offsets, Framebuffer &target)
     : projection_(projection), is_cut_(!projection.clip.empty()), shows_backs_(projection.shows_backs),
-      grid_(unit_grid(model.parameters.grid)), level_(own.level),
-      point_normals_(model.levels[static_cast<std::size_t>(own.level)].points.normals.data()),
-      point_radii_(model.levels[static_cast<std::size_t>(own.level)].points.radii.data()), offsets_(offsets),
-      target_(target), table_(grid_, projection), frame_(projection, target.width, target.height),
+      grid_(unit_grid(model.parameters.grid)), level_(own.level), points_(pbm::drawn_points(model, own.level, round_)),
+      point_normals_(points_.normals.data()), point_radii_(points_.radii.data()), offsets_(offsets), target_(target),
+      table_(grid_, projection), frame_(projection, target.width, target.height),
       normals_(transform_normals(projection)), radii_(radius_table()),
-      voxel_(static_cast<float>(grid_.voxel_size_at(own.level))), facing_(2 * kNormalCount, Facing::some),
-      shapes_(kNormalCount) {
+      voxel_(static_cast<float>(grid_.voxel_size_at(own.level))),
+      facing_(projection.has_round_points ? 4 * kNormalCount : 2 * kNormalCount, Facing::both), shapes_(kNormalCount) {
     for (std::size_t i = 0; i < radii_.size(); ++i)
         pixel_splats_[i] = 0.5F / (static_cast<float>(projection.focal) * radii_[i]);
     if (own.splats == Splats::kernels)
@@ -210,7 +212,7 @@ void TableWalk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     if (depth <= kMinRadii * radius + kMinVoxels * voxel_)
         return draw_around_eye(index, centre);
     const glm::vec2 pixel(centre.x / depth, centre.y / depth);
-    std::size_t normal = point_normals_[index] & kNormalIndexMask;
+    auto normal = static_cast<std::size_t>(point_normals_[index] & frame_.normal_mask);
     float facing = glm::dot(normals_[normal].plane, glm::vec3(pixel, 1));
     const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0;
     const bool is_back = shows_backs_ && !two_sided && facing > kFacingSlack;

@@ -515,7 +515,7 @@ TEST(SplatRadius, PointsCoverTheirCell) {
     std::sort(voxels.codes.begin(), voxels.codes.end());
     voxels.points.resize(voxels.codes.size(), {});
     std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
-    radii_from_neighbours(voxels, kDepth, 2);
+    radii_from_neighbours(voxels, {}, kDepth, 2);
     const double cell = std::hypot(1.5, 1);
     for (std::size_t i = 0; i < voxels.codes.size(); ++i) {
         const auto v = morton_decode(voxels.codes[i]);
@@ -536,7 +536,7 @@ TEST(SplatRadius, SplatsReachATenthFartherThanTheirCell) {
     std::sort(voxels.codes.begin(), voxels.codes.end());
     voxels.points.resize(voxels.codes.size(), {});
     std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
-    radii_from_neighbours(voxels, kDepth, 2);
+    radii_from_neighbours(voxels, {}, kDepth, 2);
     const std::uint8_t expected = radius_index(1.1 * kApart * std::sqrt(0.5) / (1 << kDepth));
     ASSERT_GT(expected, radius_index(kApart * std::sqrt(0.5) / (1 << kDepth)));
     for (std::size_t i = 0; i < voxels.codes.size(); ++i)
@@ -575,7 +575,7 @@ TEST(SplatRadius, HasItsGoldenBytes) {
         voxels.codes.push_back(code);
         voxels.points.normals[i++] = normal;
     }
-    radii_from_neighbours(voxels, kDepth, 2);
+    radii_from_neighbours(voxels, {}, kDepth, 2);
     EXPECT_EQ(hash64(voxels.points.radii), 1237438278494964073U);
 }
 
@@ -596,7 +596,7 @@ Voxels plane_with_a_hole(bool made) {
     std::sort(voxels.made.begin(), voxels.made.end());
     voxels.points.resize(voxels.codes.size(), {});
     std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
-    radii_from_neighbours(voxels, 8, 2);
+    radii_from_neighbours(voxels, {}, 8, 2);
     return voxels;
 }
 
@@ -635,7 +635,7 @@ TEST(SplatRadius, GapsBetweenScanLinesClose) {
     std::sort(voxels.codes.begin(), voxels.codes.end());
     voxels.points.resize(voxels.codes.size(), {});
     std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
-    radii_from_neighbours(voxels, kDepth, 2);
+    radii_from_neighbours(voxels, {}, kDepth, 2);
     for (std::size_t i = 0; i < voxels.codes.size(); ++i) {
         const auto v = morton_decode(voxels.codes[i]);
         const bool inside = v[0] > 10 && v[0] < 90 && v[1] > 0 && v[1] < 11 * kApart;
@@ -656,7 +656,7 @@ TEST(SplatRadius, SplatsAtALargeHoleAreNoLargerThanThoseAtABorder) {
     std::sort(voxels.codes.begin(), voxels.codes.end());
     voxels.points.resize(voxels.codes.size(), {});
     std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
-    radii_from_neighbours(voxels, kDepth, 2);
+    radii_from_neighbours(voxels, {}, kDepth, 2);
     for (const std::uint8_t radius : voxels.points.radii)
         EXPECT_LE(radius_fraction(radius) * (1 << kDepth), 2 * 1.26 * 1.1);
 }
@@ -675,7 +675,7 @@ TEST(SplatRadius, PointsBelowOneNodeShareTheLargestRadiusAmongThem) {
     voxels.points.resize(codes.size(), {});
     std::fill(voxels.points.normals.begin(), voxels.points.normals.end(), quantise_normal(0, 0, 1));
     voxels.points.radii[0] = dense_radius(kDepth); // a given radius is kept
-    radii_from_neighbours(voxels, kDepth, 2);
+    radii_from_neighbours(voxels, {}, kDepth, 2);
     const Bytes &radii = voxels.points.radii;
     EXPECT_EQ(radii[0], dense_radius(kDepth));
     std::size_t points = 0, shared = 0;

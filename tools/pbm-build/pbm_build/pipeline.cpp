@@ -1,5 +1,6 @@
 #include "pbm_build/pipeline.h"
 
+#include "pbm_build/neighbourhoods/neighbourhoods.h"
 #include "pbm_build/preparing/prepare.h"
 #include "pbm_build/radii/splat_radius.h"
 #include "pbm_build/upsampling/upsample.h"
@@ -128,10 +129,14 @@ Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const
 }
 
 // Computes the missing normals, then the radii.
-void choose_radii(Voxels &voxels, bool has_points, int depth, int threads) {
+void choose_radii(Part &whole, int threads) {
+    Voxels &voxels = whole.voxels;
+    const int depth = whole.parameters.grid.depth;
     fill_normals(voxels, threads);
-    if (has_points)
-        return radii_from_neighbours(voxels, depth, threads);
+    if (whole.has_points) {
+        radii_from_neighbours(voxels, whole.parameters.materials, depth, threads);
+        return settle_round(voxels, whole.parameters);
+    }
     const RadiusClasses classes = radius_classes(depth);
     for (std::uint8_t &radius : voxels.points.radii)
         radius = classes[radius];
@@ -197,7 +202,7 @@ Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &ru
     if (voxels.codes.size() > kMaxPoints)
         return too_large(std::to_string(voxels.codes.size()) + " points, a .pbvg file holds 2^32 - 1");
     const Grid grid = whole.parameters.grid;
-    run.clock.run("choose radii", [&] { choose_radii(voxels, whole.has_points, grid.depth, threads); });
+    run.clock.run("choose radii", [&] { choose_radii(whole, threads); });
 
     Model model;
     model.parameters = std::move(whole.parameters);

@@ -181,6 +181,19 @@ void report_normals(const PointRequest &request, std::size_t stations, const Ori
     statistics.report(Warning::estimated_normals, "normals", note);
 }
 
+// Makes points round, and reports how many.
+void shape_points(Surface &surface, const Bytes &is_round, BuildStatistics &statistics) {
+    const auto count = static_cast<std::uint64_t>(std::count(is_round.begin(), is_round.end(), 1));
+    if (count == 0)
+        return;
+    const bool has_room = make_round(surface, is_round);
+    const double share = 100 * static_cast<double>(count) / static_cast<double>(is_round.size());
+    statistics.report(
+        "shape", Fate::estimated,
+        formatted("%.1f %% of the points lie on no surface: ", share) +
+            (has_room ? "drawn as discs that face the eye" : "drawn as others, there are too many materials"));
+}
+
 // Reports options without effect.
 void report_unused(const PointRequest &request, bool has_points, BuildStatistics &statistics) {
     if (request.outliers == Outliers::drop && !has_points)
@@ -259,13 +272,18 @@ Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &req
 
     std::uint64_t two_sided = 0;
     surface.two_sided.resize(surface.positions.size());
+    const std::vector<Neighbourhood> neighbourhoods =
+        classify(fits.links.nearest, kLinks, fits.spreads, fits.normals, threads);
+    Bytes is_round(normals.size());
     for (std::size_t i = 0; i < normals.size(); ++i)
         if (is_zero(normals[i])) {
             const std::uint32_t place = points.place_of[i];
+            is_round[i] = neighbourhoods[place] == Neighbourhood::planar ? 0 : 1;
             normals[i] = fits.normals[place];
             surface.two_sided[surface.first_point() + i] |= orientation.two_sided[place];
             two_sided += orientation.two_sided[place];
         }
+    shape_points(surface, is_round, statistics);
     report_normals(request, request.viewpoint ? 0 : surface.stations.size(), orientation, given, missing, two_sided,
                    statistics);
     return of_faces;

@@ -28,7 +28,7 @@ class BlockFitter {
             const bool all_scales = 2 * rough_rows_ > PlaneColumns::kRows;
             fit_rows(rows, all_scales ? kScales.size() : 1);
             for (std::size_t row = 0; row < rows.size() && !all_scales; ++row)
-                if (is_rough_[row])
+                if (is_rough_[row] || is_narrow_[row])
                     rough.push_back(rows[row]);
         });
         for_rows(rough, [&](Rows rows) { fit_rows(rows, kScales.size()); });
@@ -49,6 +49,7 @@ class BlockFitter {
         rough_rows_ = 0;
         for (std::size_t row = 0; row < rows.size(); ++row) {
             is_rough_[row] = best_.roughness[row] > kSmooth;
+            is_narrow_[row] = best_.breadth[row] <= kLineBreadth;
             rough_rows_ += is_rough_[row] ? 1 : 0;
         }
         for (std::size_t scale = 1; scale < scales; ++scale)
@@ -61,6 +62,8 @@ class BlockFitter {
             fits_.normals[point] =
                 to_short_normal({best_.normals[0][row], best_.normals[1][row], best_.normals[2][row]});
             fits_.at_border[point] = at_border_[row];
+            fits_.spreads[point] = {static_cast<std::uint8_t>(255 * best_.roughness[row] + 0.5),
+                                    scales == kScales.size() && best_.breadth[row] <= kLineBreadth};
         }
     }
 
@@ -86,7 +89,8 @@ class BlockFitter {
     // Replaces the planes of rough points by those through `count` neighbours where these are smoother.
     void improve(std::size_t rows, std::size_t count) {
         columns_.fit(count, planes_);
-        for (std::size_t row = 0; row < rows; ++row)
+        for (std::size_t row = 0; row < rows; ++row) {
+            best_.breadth[row] = std::max(best_.breadth[row], planes_.breadth[row]);
             if (is_rough_[row] && planes_.roughness[row] < best_.roughness[row]) {
                 best_.roughness[row] = planes_.roughness[row];
                 for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -94,6 +98,7 @@ class BlockFitter {
                     best_.along[axis][row] = planes_.along[axis][row];
                 }
             }
+        }
     }
 
     const std::vector<LatticePoint> &points_;
@@ -101,7 +106,7 @@ class BlockFitter {
     NeighbourCursor few_, many_; // neighbours: for the smallest scale, for all
     PlaneColumns columns_;
     Planes best_{}, planes_{};
-    PlaneColumns::Column<bool> is_rough_{};
+    PlaneColumns::Column<bool> is_rough_{}, is_narrow_{};
     std::size_t rough_rows_ = 0; // of the rows before
     PlaneColumns::Column<std::uint8_t> at_border_{};
     PlaneColumns::Column<float> spacing_{};
@@ -113,6 +118,7 @@ PlaneFits fit_planes(const PointNeighbours &neighbours, int threads) {
     const std::size_t count = neighbours.points().size();
     PlaneFits fits{{std::vector<std::uint32_t>(count * kLinks), std::vector<float>(count)},
                    std::vector<ShortNormal>(count),
+                   std::vector<Spread>(count),
                    Bytes(count)};
     parallel_blocks(count, kBlock, threads,
                     [&](std::size_t begin, std::size_t end) { BlockFitter(neighbours, fits).fit(begin, end); });

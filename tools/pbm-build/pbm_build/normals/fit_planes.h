@@ -2,6 +2,7 @@
 // Based on: Hoppe, DeRose, Duchamp, McDonald, Stuetzle. Surface Reconstruction from Unorganized Points. 1992
 #pragma once
 
+#include "pbm_build/neighbourhoods/neighbourhoods.h"
 #include "pbm_build/neighbours/neighbours.h"
 #include "pbm_build/normals/plane_columns.h"
 #include "system/bytes.h"
@@ -16,6 +17,7 @@ struct PointLinks {
 struct PlaneFits {
     PointLinks links;
     std::vector<ShortNormal> normals; // [points] of either sign; zero: the neighbours lie on a line
+    std::vector<Spread> spreads;      // [points]
     Bytes at_border; // [points] 1: no neighbour within an angle of 150 degrees, as at borders and on curves
 };
 

@@ -170,6 +170,7 @@ void fit_rows(const PlaneColumns &columns, std::size_t count, std::size_t row, P
     store(keep(chosen(y_less, z_least, m.a, m.b, m.c)), planes.normals, row);
     store(keep(chosen(y_more, z_most, m.a, m.b, m.c)), planes.along, row);
     hn::Store(hn::IfThenElse(is_plane, hn::Div(hn::Max(zero, least), middle), one), d, &planes.roughness[row]);
+    hn::Store(hn::IfThenElseZero(is_plane, hn::Div(middle, most)), d, &planes.breadth[row]);
 }
 
 void fit_lanes(const PlaneColumns &columns, std::size_t count, Planes &planes) {

@@ -27,6 +27,7 @@ struct PlaneColumns {
         alignas(64) Vectors<double> normals;  // zero where the points lie on a line
         alignas(64) Vectors<double> along;    // in the plane; zero with the normal
         alignas(64) Column<double> roughness; // least moment to middle one, 0..1
+        alignas(64) Column<double> breadth;   // middle moment to largest one, 0..1
     };
     void fit(std::size_t count, Planes &planes) const;
 

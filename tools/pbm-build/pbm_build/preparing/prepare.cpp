@@ -52,11 +52,13 @@ bool shows_closed_surface(const Surface &surface) {
                        [](const Texture &texture) { return texture.use.least_opacity == 0; });
 }
 
+bool has_materials(const Surface &surface) { return surface.materials.size() > 1 && !surface.material_ids.empty(); }
+
 AttributeSet choose_attributes(const Surface &surface, ColourFormat colour) {
     AttributeSet set;
     const bool is_coloured = !surface.colours.empty() || !surface.texture_ids.empty() || !surface.face_colours.empty();
     set.colour = is_coloured ? colour : ColourFormat::none;
-    set.material = surface.materials.size() > 1 && !surface.material_ids.empty();
+    set.material = has_materials(surface);
     return set;
 }
 
@@ -221,6 +223,7 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
     if (!estimated)
         return estimated.error();
     scan.normals = std::move(*estimated);
+    scan.set.material = has_materials(surface);
     free_memory(surface.station_ids);
     if (surface.point_count() > 0)
         scan.bounds = bounds_of(surface);

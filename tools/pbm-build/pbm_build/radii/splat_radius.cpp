@@ -26,7 +26,11 @@ constexpr std::size_t kMoreNeighbours = NearVoxelCursor::kMax; // where these do
 constexpr double kFlatCosine = 0.9, kFlatSlope = 0.2; // limits of a flat surface between a point and a neighbour
 constexpr std::size_t kBorder = 5;                    // minimum reach at a border: the distance of this neighbour
 constexpr float kFarthestGiven = 1024; // squared distance of a made point from a given one; no gap is as wide
-constexpr double kOverlap = 1.1;       // overlap of splats, since neighbours lie slightly off the tangent plane
+constexpr float kRoundReach = 0.5F, kEdgeReach = 1; // radius of round points over the distance of their 2nd neighbour:
+                                                    // among others of their kind, and among points of a surface
+constexpr float kAllRound = 0.8F, kFewRound = 0.4F; // share of round points around that says so
+constexpr int kRoundStep = 3;                       // of its radius index
+constexpr double kOverlap = 1.1; // overlap of splats, since neighbours lie slightly off the tangent plane
 
 float distance_of(std::span<const Neighbour> near, std::size_t neighbour) {
     return near.empty() ? 0 : std::sqrt(near[std::min(neighbour, near.size()) - 1].squared_distance);
@@ -108,6 +112,7 @@ VoxelsAround indices_around(std::size_t voxel, std::span<const Neighbour> near) 
 struct Reach {
     float closed = 0, flat = 0, border = 0; // border: minimum
     bool open = false;
+    float round = 0; // maximum of a round point, else 0
     VoxelsAround around{};
 };
 
@@ -116,7 +121,7 @@ Reach reach_of(const Voxels &voxels, std::size_t voxel, NearVoxelCursor &cursor,
     auto near = std::span(found).first(cursor.nearest(voxel, std::span(found).first(kCellNeighbours)));
     const CellReach cell = reach_of_cell(voxels, voxel, near);
     Reach reach{static_cast<float>(cell.closed), static_cast<float>(cell.flat),
-                cell.open ? distance_of(near, kBorder) : 0, cell.open};
+                cell.open ? distance_of(near, kBorder) : 0, cell.open, 0};
     ring = distance_of(near, kRing);
     reach.around = indices_around(voxel, near);
     const bool beside_made = cell.open && !voxels.made.empty(); // the nearest may all be made ones
@@ -129,6 +134,27 @@ Reach reach_of(const Voxels &voxels, std::size_t voxel, NearVoxelCursor &cursor,
             reach.open = wider.open;
         }
     }
+    return reach;
+}
+
+bool is_round_point(const Voxels &voxels, std::span<const Material> materials, std::size_t voxel) {
+    const Bytes &ids = voxels.points.materials;
+    return !ids.empty() && is_round(materials[ids[voxel]]);
+}
+
+Reach reach_of_round(const Voxels &voxels, std::span<const Material> materials, std::size_t voxel,
+                     NearVoxelCursor &cursor, float &ring) {
+    std::array<Neighbour, kCellNeighbours> found;
+    const auto near = std::span(found).first(cursor.nearest(voxel, found));
+    ring = distance_of(near, kRing);
+    const auto round = std::count_if(near.begin(), near.end(), [&](const Neighbour &neighbour) {
+        return is_round_point(voxels, materials, neighbour.voxel);
+    });
+    const float share = near.empty() ? 1 : static_cast<float>(round) / static_cast<float>(near.size());
+    const float alone = std::clamp((kAllRound - share) / (kAllRound - kFewRound), 0.0F, 1.0F);
+    Reach reach;
+    reach.round = (kRoundReach + (kEdgeReach - kRoundReach) * alone) * distance_of(near, 2);
+    reach.around = indices_around(voxel, near);
     return reach;
 }
 
@@ -270,8 +296,8 @@ Bytes given_radii(const Surface &surface, const Grid &grid) {
     return radii;
 }
 
-void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
-    const std::vector<std::size_t> missing = indices_of(voxels.points.radii, std::uint8_t{0});
+void radii_from_neighbours(Voxels &voxels, std::span<const Material> materials, int depth, int threads) {
+    std::vector<std::size_t> missing = indices_of(voxels.points.radii, std::uint8_t{0});
     if (missing.empty())
         return;
     const std::size_t count = missing.size();
@@ -281,8 +307,12 @@ void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
     std::vector<float> rings(voxels.codes.size(), 0); // in voxels; 0: not known
     parallel_blocks(count, kBlock, threads, [&](std::size_t begin, std::size_t end) {
         NearVoxelCursor cursor(near_voxels);
-        for (std::size_t i = begin; i < end; ++i)
-            reaches[i] = reach_of(voxels, missing[i], cursor, rings[missing[i]]);
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t voxel = missing[i];
+            reaches[i] = is_round_point(voxels, materials, voxel)
+                             ? reach_of_round(voxels, materials, voxel, cursor, rings[voxel])
+                             : reach_of(voxels, voxel, cursor, rings[voxel]);
+        }
     });
     std::optional<GivenSpacing> given;
     if (!voxels.made.empty())
@@ -304,8 +334,15 @@ void radii_from_neighbours(Voxels &voxels, int depth, int threads) {
         const auto wanted = std::max(
             {std::min(reach.closed, spacing), border, std::min(reach.flat, static_cast<float>(kFlatGap) * spacing)});
         const double most = ring > kOutlierFactor * median ? median : kStray * median;
+        if (reach.round > 0) {
+            const int index = radius_index(std::min(static_cast<double>(reach.round), most) / edge);
+            voxels.points.radii[missing[i]] =
+                static_cast<std::uint8_t>(std::min<int>(index / kRoundStep * kRoundStep, kMaxFinestRadius));
+            return;
+        }
         voxels.points.radii[missing[i]] = class_of(std::min(static_cast<double>(wanted), most) / edge);
     });
+    std::erase_if(missing, [&](std::size_t voxel) { return is_round_point(voxels, materials, voxel); });
     share_below_nodes(voxels, missing, voxels.points.radii);
 }
 

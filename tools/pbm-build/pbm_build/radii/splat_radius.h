@@ -34,12 +34,15 @@ Bytes given_radii(const Surface &surface, const Grid &grid);
 //   radius >= distance of the 5th nearest voxel, where the cell is open (at a border)
 //   radius <= 3 x median spacing of all; that median itself for outliers (outliers.h)
 //
+// The radius of a round point (BVG.md 18) closes no gap: it is half the distance of its 2nd nearest voxel among others
+// of its kind, and up to that distance among points of a surface, in steps of a quarter of an octave.
+//
 // Where up-sampling made points, all spacings, and the 5th nearest voxel at a border, are those of the given points: a
 // gap that was not filled stays as covered as it was.
 //
 // Points below one node of the next level share the largest of their radii, unless it is more than 1.5 times their own:
 // a radius that equals its node's prediction costs no bits.
-void radii_from_neighbours(Voxels &voxels, int depth, int threads);
+void radii_from_neighbours(Voxels &voxels, std::span<const Material> materials, int depth, int threads);
 
 // Replaces each kNoNormal by the mean direction of the normals of the nearest 16 voxels, or by +Z, two-sided, where
 // that mean is zero.

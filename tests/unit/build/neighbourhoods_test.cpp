@@ -1,0 +1,170 @@
+// Which points of a cloud lie on a surface, and what becomes of the others.
+#include "pbm_build/neighbourhoods/neighbourhoods.h"
+#include "pbm_format/model/octree.h"
+#include "pbm_format/model/point_values.h"
+#include "unit/build/built_models.h"
+#include "unit/support/value_of.h"
+
+#include <glm/geometric.hpp>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace {
+
+using namespace pbm;
+using namespace pbm::build;
+using namespace pbm::test;
+
+struct Cloud {
+    std::mt19937 bits{11};
+    Surface surface;
+
+    double uniform() { return static_cast<double>(bits()) * 0x1p-32; }
+    void add(double x, double y, double z) { surface.positions.emplace_back(x, y, z); }
+    void add_sheet(std::size_t count, double noise) { // from (0, 0) to (1, 1)
+        for (std::size_t i = 0; i < count; ++i) {
+            const double x = uniform(), y = uniform();
+            add(x, y, 0.05 * std::sin(6 * x) + noise * (uniform() + uniform() - 1));
+        }
+    }
+    void add_crown(std::size_t count) { // a ball of leaves above the sheet
+        while (count > 0) {
+            const glm::dvec3 p(uniform() - 0.5, uniform() - 0.5, uniform() - 0.5);
+            if (glm::dot(p, p) > 0.25)
+                continue;
+            add(0.5 + 0.5 * p.x, 0.5 + 0.5 * p.y, 0.6 + 0.5 * p.z);
+            --count;
+        }
+    }
+    void add_wire(std::size_t count) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const double t = static_cast<double>(i) / static_cast<double>(count);
+            add(t, 0.5, 1.2 + 0.2 * (t - 0.5) * (t - 0.5));
+        }
+    }
+    void shuffle() { std::shuffle(surface.positions.begin(), surface.positions.end(), bits); }
+};
+
+BuildOptions options_at(int depth) {
+    BuildOptions options = at_depth(depth);
+    options.grid.up = UpAxis::z;
+    return options;
+}
+
+// Share of the voxels with min <= z < max (model units) that are round.
+double round_share(const Model &model, double min, double max) {
+    const ModelParameters &parameters = model.parameters;
+    const PointAttributes &points = model.levels.back().points;
+    std::vector<MortonCode> codes{0};
+    for (std::size_t level = 1; level < model.levels.size(); ++level)
+        codes = value_of(expand_level(codes, model.levels[level].masks, points.size()));
+    std::size_t all = 0, round = 0;
+    for (std::size_t i = 0; i < codes.size(); ++i) {
+        const double z = parameters.grid.origin[2] + (morton_decode(codes[i])[2] + 0.5) * parameters.grid.voxel_size;
+        if (z < min || z >= max)
+            continue;
+        ++all;
+        const std::size_t material = points.materials.empty() ? 0 : points.materials[i];
+        round += is_round(parameters.materials[material]);
+        if (is_round(parameters.materials[material])) {
+            EXPECT_NE(points.normals[i] & kTwoSidedBit, 0);
+        }
+    }
+    return static_cast<double>(round) / static_cast<double>(std::max<std::size_t>(all, 1));
+}
+
+TEST(Neighbourhoods, CrownsAndWiresAreRoundAndSurfacesAreNot) {
+    Cloud cloud;
+    cloud.add_sheet(6000, 0.002);
+    cloud.add_crown(3000);
+    cloud.add_wire(300);
+    const Model model = built(cloud.surface, options_at(8));
+    EXPECT_LT(round_share(model, -1, 0.2), 0.02);
+    EXPECT_GT(round_share(model, 0.4, 0.8), 0.9);
+    EXPECT_GT(round_share(model, 1.15, 2), 0.95);
+    ASSERT_EQ(model.parameters.materials.size(), 2U);
+    const Material &round = model.parameters.materials[1];
+    EXPECT_EQ(round.kd, 0);
+    EXPECT_EQ(round.ks, 0);
+    EXPECT_NEAR(round.ka, Material().ka + Material().kd / 2, 1e-6);
+}
+
+// A scanner's noise is as thick as its points are apart: a surface all the same.
+TEST(Neighbourhoods, NoisySurfacesArePlanar) {
+    Cloud cloud;
+    cloud.add_sheet(6000, 1.5 / std::sqrt(6000));
+    EXPECT_LT(round_share(built(cloud.surface, options_at(8)), -1, 1), 0.1);
+}
+
+TEST(Neighbourhoods, DoNotDependOnThreadsAndOrder) {
+    Cloud cloud;
+    cloud.add_sheet(2000, 0.01);
+    cloud.add_crown(2000);
+    BuildOptions options = options_at(8);
+    const Bytes file = file_of(built(cloud.surface, options));
+    cloud.shuffle();
+    options.threads = 1;
+    EXPECT_EQ(file_of(built(cloud.surface, options)), file);
+}
+
+TEST(Neighbourhoods, PointsWithNormalsAreDiscs) {
+    Cloud cloud;
+    cloud.add_crown(2000);
+    cloud.surface.normals.assign(cloud.surface.positions.size(), {0, 0, 1});
+    const Model model = built(cloud.surface, options_at(8));
+    EXPECT_EQ(round_share(model, -1, 2), 0);
+    EXPECT_FALSE(model.parameters.attributes.material);
+}
+
+// A round point ends halfway to its second neighbour, and closes no gap.
+TEST(Neighbourhoods, RoundPointsReachHalfwayToTheirNeighbours) {
+    Cloud cloud;
+    cloud.add_crown(1500);
+    const Model model = built(cloud.surface, options_at(9));
+    const PointAttributes &points = model.levels.back().points;
+    EXPECT_FALSE(model.parameters.attributes.material); // all are round: one material, and no stream
+    EXPECT_TRUE(is_round(model.parameters.materials[0]));
+    double mean = 0;
+    for (const std::uint8_t radius : points.radii)
+        mean += radius_fraction(radius) * model.parameters.grid.edge() / static_cast<double>(points.size());
+    const double spacing = std::cbrt(0.0654 / 1500); // of a ball of radius 0.25
+    EXPECT_GT(mean, 0.25 * spacing);
+    EXPECT_LT(mean, 0.5 * spacing);
+}
+
+TEST(Neighbourhoods, OddClouds) {
+    for (const std::size_t count : {1, 2, 3, 50}) { // on a line, or alone
+        Cloud cloud;
+        cloud.add_wire(count);
+        const Model model = built(cloud.surface, options_at(6));
+        EXPECT_EQ(round_share(model, 0, 2), 1) << count;
+        EXPECT_GT(model.levels.back().points.radii[0], 0);
+    }
+    Cloud plane, equal;
+    for (int i = 0; i < 900; ++i) {
+        plane.add(i % 30, i / 30, 0);
+        equal.add(1, 2, 3);
+    }
+    EXPECT_EQ(round_share(built(plane.surface, options_at(6)), -100, 100), 0);
+    EXPECT_EQ(round_share(built(equal.surface, options_at(6)), -100, 100), 1);
+}
+
+// Eight materials leave no room for a round one.
+TEST(Neighbourhoods, WithoutRoomForAMaterialPointsStayDiscs) {
+    Surface surface;
+    surface.materials.resize(kMaxMaterials);
+    surface.positions.resize(2);
+    EXPECT_FALSE(make_round(surface, std::vector<std::uint8_t>{1, 0}));
+    EXPECT_EQ(surface.materials.size(), std::size_t{kMaxMaterials});
+    surface.materials.resize(2);
+    surface.material_ids = {1, 1};
+    EXPECT_TRUE(make_round(surface, std::vector<std::uint8_t>{1, 0}));
+    EXPECT_EQ(surface.material_ids, (std::vector<std::uint8_t>{2, 1}));
+    EXPECT_TRUE(is_round(surface.materials[2]));
+}
+
+} // namespace
