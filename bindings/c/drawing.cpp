@@ -252,7 +252,9 @@ Status choose_camera(OpenModel &model, std::int32_t width, std::int32_t height, 
         if (!levels)
             return levels.error();
         const Grid &grid = model.reader.parameters().grid;
-        const Camera chosen = default_camera(find_extent(grid, *levels), grid.up, width, height);
+        Extent extent = find_extent(grid, *levels);
+        extent.from_above = unasked_look(model.reader).from_above;
+        const Camera chosen = default_camera(extent, grid.up, width, height);
         copy_to(camera.position, chosen.position);
         copy_to(camera.focal_point, chosen.focal_point);
         copy_to(camera.up, chosen.up);

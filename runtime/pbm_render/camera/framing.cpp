@@ -64,7 +64,7 @@ void centre(const std::vector<glm::dvec3> &points, glm::dvec3 &place) {
     }
 }
 
-// From the front; from above where the model is flat.
+// From the front; from above where the model is flat, or its extent asks for it.
 EyeAxes first_axes(const Extent &extent, UpAxis up) {
     const glm::dvec3 upwards = up_direction(up), front = front_direction(up);
     glm::dvec3 low = extent.corners.front(), high = low;
@@ -76,7 +76,7 @@ EyeAxes first_axes(const Extent &extent, UpAxis up) {
     const double height = glm::dot(size, upwards);
     const glm::dvec3 level = size - height * upwards;
     const bool is_flat = height < kFlat * std::max({level.x, level.y, level.z});
-    const double raised = is_flat ? glm::radians(kRaised) : 0;
+    const double raised = is_flat || extent.from_above ? glm::radians(kRaised) : 0;
     const glm::dvec3 forward = -std::cos(raised) * front - std::sin(raised) * upwards;
     const glm::dvec3 right = glm::cross(-front, upwards);
     return {.right = right, .up = glm::cross(right, forward), .forward = forward};

@@ -36,6 +36,8 @@ struct Extent {
     // Corners of those voxels, model space, moved outwards where discs protrude. All vertices of the convex hull are
     // among them.
     std::vector<glm::dvec3> corners;
+    // Cameras of the first view look from above, whatever its shape; find_extent leaves it to the caller.
+    bool from_above = false;
 };
 
 // The data that find_extent needs of a model.
@@ -57,8 +59,8 @@ inline constexpr double kFramedPart = 0.95;
 // as large as kFramedPart allows. The focal point lies in front of the camera, as far as the centre of the sphere.
 Camera framed(const Camera &direction, const Extent &extent, int width, int height);
 
-// The first view: horizontal, from front_direction, framed. Models whose height along the up axis is less than a third
-// of their length, like terrain, are seen from 30 degrees above.
+// The first view: horizontal, from front_direction, framed. Extents whose height along the up axis is less than a third
+// of their length, like terrain, and those that ask for it are seen from 30 degrees above.
 Camera default_camera(const Extent &extent, UpAxis up, int width, int height, double view_angle = kDefaultViewAngle);
 Camera default_camera(const Model &model, int width, int height, double view_angle = kDefaultViewAngle);
 

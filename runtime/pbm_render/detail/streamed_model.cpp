@@ -2,6 +2,7 @@
 
 #include "pbm_render/camera/unit_grid.h"
 #include "pbm_render/detail/chunk_scheduler.h"
+#include "pbm_render/shading/unasked_look.h"
 
 #include <algorithm>
 #include <cassert>
@@ -126,7 +127,9 @@ Result<Extent> StreamedModel::bounds() try {
             radii.insert(radii.end(), resident->view.radii.begin(), resident->view.radii.end());
     }
     const std::vector<ByteView> views(masks.begin(), masks.end());
-    return find_extent(parts_->reader.parameters().grid, {views, level, radii});
+    Extent extent = find_extent(parts_->reader.parameters().grid, {views, level, radii});
+    extent.from_above = unasked_look(parts_->reader).from_above;
+    return extent;
 } catch (const std::bad_alloc &) {
     return out_of_memory();
 }

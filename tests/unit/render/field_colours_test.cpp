@@ -10,6 +10,7 @@
 #include "unit/support/test_models.h"
 #include "unit/support/value_of.h"
 
+#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include <set>
@@ -202,6 +203,18 @@ TEST(UnaskedLook, IsThatOfUncolouredClouds) {
     };
     EXPECT_EQ(look_of(R"({"uncoloured_cloud":true})").colour_by, "height");
     EXPECT_EQ(look_of(R"({"uncoloured_cloud":true})").depth_cue, DepthCue::eye_dome);
+    EXPECT_FALSE(look_of(R"({"uncoloured_cloud":true,"crs":"EPSG:1"})").from_above);
+    model.parameters.grid.up = UpAxis::z;
+    EXPECT_FALSE(look_of(R"({"uncoloured_cloud":true})").from_above);
+    EXPECT_TRUE(look_of(R"({"uncoloured_cloud":true,"crs":"EPSG:1"})").from_above);
+    EXPECT_FALSE(look_of(R"({"crs":"EPSG:1"})").from_above);
+    model.metadata = R"({"uncoloured_cloud":true,"crs":"EPSG:1"})";
+    const Bytes bytes = value_of(encode_model(model, {}));
+    StreamedModel on_map(value_of(Reader::open(bytes)), {.threads = 1});
+    const Camera camera = default_camera(value_of(on_map.bounds()), UpAxis::z, 160, 120);
+    const glm::dvec3 forward = camera.focal_point - camera.position;
+    EXPECT_NEAR(-forward.z / glm::length(forward), 0.5, 1e-9); // from 30 degrees above,
+    EXPECT_GT(forward.y, 0);                                   // and north is behind the model
     for (const char *other : {"{}", R"({"uncoloured_cloud":false})", R"({"name":"\"uncoloured_cloud\":true"})"})
         EXPECT_EQ(look_of(other).colour_by, "") << other;
     model = sphere_model(4, {.colour = ColourFormat::rgb565});
