@@ -155,10 +155,10 @@ TEST(Gltf, TrianglesWithoutNormalsAreFacets) {
         shown.show(primitives);
         return surface(shown).has_facets;
     };
-    EXPECT_TRUE(has_facets({without}));
-    EXPECT_TRUE(has_facets({with, without}));
-    EXPECT_FALSE(has_facets({with}));
-    EXPECT_FALSE(has_facets({with, points}));
+    EXPECT_TRUE(has_facets(json::array({without})));
+    EXPECT_TRUE(has_facets(json::array({with, without})));
+    EXPECT_FALSE(has_facets(json::array({with})));
+    EXPECT_FALSE(has_facets(json::array({with, points})));
 }
 
 TEST(Gltf, DamagedIndicesAreNotAbsentOnes) {

@@ -414,7 +414,7 @@ TEST(OffReader, BinaryFilesAreRead) {
     ASSERT_EQ(s.positions.size(), 4U);
     EXPECT_EQ(s.positions[3], glm::dvec3(0, 1, 0.5));
     EXPECT_EQ(s.triangles, (std::vector<glm::uvec3>{{0, 1, 2}, {0, 2, 3}}));
-    EXPECT_EQ(s.colours[3], (Colour{255, 0, 0}));
+    EXPECT_EQ(s.face_colours, (std::vector<pbm::build::FaceColour>{{}, {{255, 0, 0}, true}}));
     for (std::size_t size = 12; size < file.size(); ++size)
         EXPECT_EQ(error(file.substr(0, size), kOffName).code, ErrorCode::bad_input) << size;
     EXPECT_TRUE(has(error(file + std::string(8, '\0'), kOffName).message, "after the last face"));

@@ -343,6 +343,8 @@ TEST(TextCloud, FourColumnsOfBytesAreAColourWhereTheLastIsNone) {
     EXPECT_EQ(guess("200 100 30 5", "10 20 30 7"), colour + or_pts) << "a label";
     EXPECT_EQ(guess("200 100 30 90", "10 20 30 7"), pts + or_colour);
     EXPECT_EQ(guess("200 128 128 128", "10 128 128 128"), pts + or_colour) << "an intensity, and one grey for all";
+    EXPECT_EQ(guess("7 200 100 30", "7 10 20 30"), pts + or_colour) << "one intensity for all";
+    EXPECT_EQ(guess("7 200 100 255", "7 10 20 255"), colour) << "opaque";
     EXPECT_EQ(guess("0 0 1 200 100 30 9", "1 0 0 10 20 30 9"), "guessed as x, y, z, nx, ny, nz, r, g, b, column 10");
     const AttributeReport line = report(surface("1 2 3 10 20 30\n4 5 6 1 2 3\n", "scan.txt"), "columns");
     EXPECT_EQ(line.warning, Warning::guessed_columns);
@@ -355,7 +357,7 @@ TEST(TextCloud, AFirstColumnThatCountsIsNoCoordinate) {
         EXPECT_EQ(s.positions[1], glm::dvec3(8, 9, 7));
         EXPECT_EQ(note_of(s, "columns"), "guessed as number, x, y, z; the first counts the rows");
     }
-    EXPECT_EQ(note_of(surface("1 5 6 7 200 100 50\n2 8 9 7 1 2 3\n3 5 5 5 4 5 6\n", "scan.csv"), "columns"),
+    EXPECT_EQ(note_of(surface("1 5 6 7.5 200 100 50\n2 8 9 7 1 2 3\n3 5 5 5 4 5 6\n", "scan.csv"), "columns"),
               "guessed as number, x, y, z, r, g, b; the first counts the rows");
     EXPECT_EQ(surface("1 5 6 7\n2 8 9 7\n4 5 5 5\n", "scan.xyz").positions[1], glm::dvec3(2, 8, 9));
     EXPECT_EQ(surface("2 5 6 7\n3 8 9 7\n4 5 5 5\n", "scan.xyz").positions[1], glm::dvec3(3, 8, 9));

@@ -31,17 +31,23 @@ std::string ColourRange::note() const {
 
 ColourRange colour_range(std::span<const glm::vec3> colours, ColourNumbers numbers) {
     ColourCounts counts;
-    for (const glm::vec3 &colour : colours)
-        counts.add(colour);
+    for (std::size_t i = 0, end = 0; i < colours.size(); i = end) {
+        while (++end < colours.size() && colours[end] == colours[i]) { // runs of one colour, as faces have them
+        }
+        counts.add(colours[i], end - i);
+    }
     return counts.range(numbers);
 }
 
 std::vector<FaceColour> face_colours(std::span<const glm::vec3> colours, const ColourRange &range) {
     std::vector<FaceColour> of_faces;
     of_faces.reserve(colours.size());
-    for (const glm::vec3 &colour : colours)
-        of_faces.push_back(is_no_colour(colour) ? FaceColour{}
-                                                : FaceColour{colour_bytes(colour, range.factor()), true});
+    for (std::size_t i = 0; i < colours.size(); ++i)
+        if (i > 0 && colours[i] == colours[i - 1])
+            of_faces.push_back(of_faces.back());
+        else
+            of_faces.push_back(is_no_colour(colours[i]) ? FaceColour{}
+                                                        : FaceColour{colour_bytes(colours[i], range.factor()), true});
     return of_faces;
 }
 

@@ -33,7 +33,7 @@ struct ColourRange {
 class ColourCounts {
   public:
     // Channels that are not finite are ignored.
-    void add(const glm::vec3 &colour) {
+    void add(const glm::vec3 &colour, std::uint64_t times = 1) {
         float lowest = 0, highest = 0;
         for (int i = 0; i < 3; ++i)
             if (const float value = colour[i]; value - value == 0) {
@@ -41,14 +41,14 @@ class ColourCounts {
                 highest = std::max(highest, value);
                 are_whole_ = are_whole_ && is_whole(value);
             }
-        lit_ += highest > 0 ? 1U : 0U;
-        above_one_ += highest > 1 ? 1U : 0U;
-        above_two_ += highest > 2 ? 1U : 0U;
-        above_byte_ += highest > 255 ? 1U : 0U;
-        above_word_ += highest > 65535 ? 1U : 0U;
-        negative_one_ += lowest < 0 && !(highest > 1) ? 1U : 0U;
-        negative_byte_ += lowest < 0 && !(highest > 255) ? 1U : 0U;
-        negative_word_ += lowest < 0 && !(highest > 65535) ? 1U : 0U;
+        lit_ += highest > 0 ? times : 0U;
+        above_one_ += highest > 1 ? times : 0U;
+        above_two_ += highest > 2 ? times : 0U;
+        above_byte_ += highest > 255 ? times : 0U;
+        above_word_ += highest > 65535 ? times : 0U;
+        negative_one_ += lowest < 0 && !(highest > 1) ? times : 0U;
+        negative_byte_ += lowest < 0 && !(highest > 255) ? times : 0U;
+        negative_word_ += lowest < 0 && !(highest > 65535) ? times : 0U;
     }
 
     // 1 where all but a hundredth of the colours that are not black are at most 1. If some are no whole numbers, values

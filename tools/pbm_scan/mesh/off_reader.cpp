@@ -89,17 +89,8 @@ class OffSurface {
     void add_face(std::span<const std::uint32_t> corners, std::span<const double> rest) {
         const std::size_t first = surface_.triangles.size();
         surface_.dropped_triangles += triangulator_.triangulate(corners, surface_.positions, surface_.triangles);
-        if (rest.size() == 1 || rest.size() == 2)
-            drop_once(report_, "colour indices of faces", "the table of colours is not in the file");
-        if (rest.size() < 3)
-            return;
-        if (colours_.size() == surface_.positions.size()) {
-            drop_once(report_, "face colours", "the vertices have colours of their own");
-            return;
-        }
-        note_opacity(rest);
-        face_colours_.resize(first, kNoColour);
-        face_colours_.resize(surface_.triangles.size(), glm::vec3(rest[0], rest[1], rest[2]));
+        if (!rest.empty())
+            add_face_colour(first, rest);
     }
 
     // `bytes_behind`: the last face.
@@ -131,6 +122,21 @@ class OffSurface {
         constexpr double kOpaque = 1, kOpaqueByte = 255;
         if (colour.size() > 3 && colour[3] != kOpaque && colour[3] != kOpaqueByte)
             drop_once(report_, "opacity", "points are opaque");
+    }
+
+    // Of the triangles from `first` on.
+    void add_face_colour(std::size_t first, std::span<const double> rest) {
+        if (rest.size() < 3) {
+            drop_once(report_, "colour indices of faces", "the table of colours is not in the file");
+        } else if (colours_.size() == surface_.positions.size()) {
+            drop_once(report_, "face colours", "the vertices have colours of their own");
+        } else {
+            note_opacity(rest);
+            if (face_colours_.size() < first)
+                face_colours_.resize(first, kNoColour);
+            face_colours_.insert(face_colours_.end(), surface_.triangles.size() - first,
+                                 glm::vec3(rest[0], rest[1], rest[2]));
+        }
     }
 
     const OffHeader &header_;

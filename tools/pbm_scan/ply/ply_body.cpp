@@ -399,8 +399,9 @@ template <class Source> class BodyReader {
             waiting_corners_.insert(waiting_corners_.end(), corners_.begin(), corners_.end());
         }
         if (roles_.face_colour[0] != nullptr) {
-            body_.face_colours.resize(before, kNoColour);
-            body_.face_colours.resize(body_.triangles.size(), colour);
+            if (body_.face_colours.size() < before)
+                body_.face_colours.resize(before, kNoColour);
+            body_.face_colours.insert(body_.face_colours.end(), body_.triangles.size() - before, colour);
         }
         if (roles_.corner_places != nullptr || roles_.image != nullptr)
             add_places(before);

@@ -27,7 +27,8 @@ PlyOutcome find_range(PlyScalar type, std::vector<glm::vec3> &wide, ColourRange 
                 colour[i] += 256; // a byte that was declared with a sign
         not_finite += is_finite(glm::dvec3(colour)) ? 0U : 1U;
     }
-    range = colour_range(wide, is_float(type) ? ColourNumbers::any : ColourNumbers::whole);
+    if (type != PlyScalar::uint8)
+        range = colour_range(wide, is_float(type) ? ColourNumbers::any : ColourNumbers::whole);
     if (range.white == 0)
         return {Fate::dropped, "nearly all are above 65,535: these are no colours"};
     std::string note =

@@ -44,17 +44,22 @@ struct LastFour {
 LastFour judge_last_four(std::span<const double> values, std::size_t columns) {
     constexpr double kOpaque = 255, kMaxLabel = 31;
     const bool is_one_row = values.size() < 2 * columns;
-    bool is_constant = !is_one_row || values.back() == kOpaque, is_label = true, is_first_constant = true,
-         is_first_label = true, is_grey = true;
+    const bool is_opaque = values.back() == kOpaque;
+    bool is_constant = !is_one_row || is_opaque, is_label = true, is_first_constant = true, is_first_label = true,
+         is_grey = true, is_one_colour = true;
     for (std::size_t row = columns; row <= values.size(); row += columns) {
         const double first = values[row - 4], last = values[row - 1];
         is_constant = is_constant && last == values[columns - 1];
         is_first_constant = is_first_constant && first == values[columns - 4];
         is_grey = is_grey && values[row - 3] == last && values[row - 2] == last;
+        is_one_colour =
+            is_one_colour && values[row - 3] == values[columns - 3] && values[row - 2] == values[columns - 2];
         is_label = is_label && last <= kMaxLabel;
         is_first_label = is_first_label && first <= kMaxLabel;
     }
-    if (is_constant && is_grey && !is_first_constant) // points without colours, which have one grey
+    const bool is_plain_grey = is_grey && !is_first_constant; // points without colours, which have one grey
+    const bool is_plain_intensity = is_first_constant && !is_one_colour && !is_opaque;
+    if (is_constant && (is_plain_grey || is_plain_intensity))
         return {};
     return {is_constant || (is_label && !is_first_label), is_constant};
 }
@@ -91,9 +96,11 @@ GuessedColumns guess_columns(std::span<const double> values, std::size_t columns
         const auto is_unit_range = [](double v) { return v >= 0 && v <= 1; };
         return is_unit_range(r) && is_unit_range(g) && is_unit_range(b);
     };
-    const bool has_colour_or_normal =
-        columns >= 6 && (all_are(values, columns, 3, is_colour) || all_are(values, columns, 3, is_unit));
-    if (!has_colour_or_normal && counts_rows(values, columns)) {
+    const auto has_colour_or_normal = [&] {
+        return columns >= 6 && (all_are(values, columns, 3, is_colour) || all_are(values, columns, 3, is_unit) ||
+                                (columns == 6 && all_are(values, columns, 3, is_fraction)));
+    };
+    if (counts_rows(values, columns) && !has_colour_or_normal()) {
         names.emplace_back("number");
         guess.doubt = "; the first counts the rows";
     }
