@@ -244,6 +244,35 @@ TEST(CApiPicture, AHeadlightShinesFromItsSideOfTheEye) {
         }
 }
 
+TEST(CApiPicture, AnUncolouredCloudIsShownByHeight) {
+    const Ball ball;
+    pbm_arrays arrays = PBM_NEW(pbm_arrays);
+    arrays.vertex_count = ball.positions.size();
+    arrays.positions = ball.positions.front().data();
+    pbm_model *cloud = nullptr;
+    pbm_error error;
+    ASSERT_EQ(build_ball({{"depth", "6"}}, nullptr, &cloud, &error, &arrays), PBM_OK) << error.message;
+    const pbm_camera camera = camera_of(cloud, kWidth, kHeight);
+    const auto draw = [&](const char *colour_by, int cue) {
+        pbm_render_options options = PBM_NEW(pbm_render_options);
+        options.colour_by = colour_by;
+        options.depth_cue = cue;
+        Picture picture(kWidth, kHeight);
+        EXPECT_EQ(pbm_render(cloud, &camera, &options, &picture.api, &error), PBM_OK) << error.message;
+        return picture.pixels;
+    };
+    const std::vector<std::uint8_t> unasked = draw(nullptr, PBM_NO_CUE);
+    EXPECT_EQ(unasked, draw("height", PBM_EYE_DOME));
+    EXPECT_NE(unasked, draw(nullptr, PBM_CUE_OFF));
+    EXPECT_NE(unasked, draw("normal", PBM_NO_CUE));
+    const std::vector<std::uint8_t> plain = draw("plain", PBM_CUE_OFF);
+    EXPECT_TRUE(std::all_of(plain.begin(), plain.end(), [&](const std::uint8_t &byte) {
+        const auto i = static_cast<std::size_t>(&byte - plain.data());
+        return i % 4 == 3 || byte == plain[i / 4 * 4];
+    })) << "its material is grey";
+    pbm_close(cloud);
+}
+
 // The field of the ball is its height.
 TEST(CApiPicture, PointsHaveTheColoursOfAField) {
     const BallModel ball;
