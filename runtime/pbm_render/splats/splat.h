@@ -90,13 +90,17 @@ struct SplatSize {
     }
     const float thickness = normal.thickness * size.voxel * (placed ? kPlacedThickness : 1);
     const float flat = std::max(r2 - thickness * thickness, 0.0F);
-    const float least = kMinVariance * (r2 - flat) * focal * focal;
-    const float xx = std::max(r2 * (focal * focal + o.x * o.x) - flat * (n.x * n.x), least);
-    const float yy = std::max(r2 * (focal * focal + o.y * o.y) - flat * (n.y * n.y), least);
-    const float product = xx * yy, most_xy = std::sqrt(kMaxCorrelation * product);
-    const float xy = std::clamp(r2 * (o.x * o.y) - flat * (n.x * n.y), -most_xy, most_xy);
-
-    const float inverse = 1 / (product - xy * xy);
+    float xx = r2 * (focal * focal + o.x * o.x) - flat * (n.x * n.x);
+    float xy = r2 * (o.x * o.y) - flat * (n.x * n.y);
+    float yy = r2 * (focal * focal + o.y * o.y) - flat * (n.y * n.y);
+    if (!(xx * yy - xy * xy > (1 - kMaxCorrelation) * (xx * yy))) [[unlikely]] {
+        const float least = kMinVariance * (r2 - flat) * focal * focal;
+        xx = std::max(xx, least);
+        yy = std::max(yy, least);
+        const float most_xy = std::sqrt(kMaxCorrelation * (xx * yy));
+        xy = std::clamp(xy, -most_xy, most_xy);
+    }
+    const float inverse = 1 / (xx * yy - xy * xy);
 
     const float steepest = (placed ? kPlacedSteepest : kSteepest) / focal;
     const glm::vec2 slope =
