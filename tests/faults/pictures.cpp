@@ -1,6 +1,7 @@
 #include "pictures.h"
 
 #include "pbm_format/chunks/mapped_chunk.h"
+#include "pbm_render/bricks/round_points.h"
 #include "unit/support/value_of.h"
 
 #include <algorithm>
@@ -57,11 +58,19 @@ bool Pictures::same_chunks(const Shown &shown) const {
         });
         if (chunk == directory.chunks.end() || chunk->shape != run.entry->shape || chunk->cone != run.entry->cone)
             return false;
-        Chunk drawn; // as decoded
+        Chunk drawn; // as decoded, but for round points
         copy_chunk(*run.chunk, set, run.level, drawn);
         const Chunk &whole =
             chunks_[static_cast<std::size_t>(run.level)][static_cast<std::size_t>(chunk - directory.chunks.begin())];
-        return drawn.masks == whole.masks && drawn.points == whole.points;
+        PointAttributes points = whole.points;
+        PointView view = view_points(whole.points, 0, points.size(), set);
+        RoundPoints round;
+        mark_round_points(view, reader_.parameters(), run.level, round);
+        if (!round.normals.empty()) {
+            points.normals = round.normals;
+            points.radii = round.radii;
+        }
+        return drawn.masks == whole.masks && drawn.points == points;
     });
 }
 

@@ -14,7 +14,8 @@ using build::AttributeReport;
 using build::Surface;
 
 Result<Surface> read(const FormatTraits &format, const std::string &text) {
-    const build::ReadOptions options{.fields = {"intensity", "classification", "quality", "confidence"}};
+    const build::ReadOptions options{.min_opacity = 0, // no splat is left out
+                                     .fields = {"intensity", "classification", "quality", "confidence"}};
     const auto formats = build::scan_formats();
     const auto found = std::find_if(formats.begin(), formats.end(),
                                     [&](const build::ScanFormat &f) { return f.name == format.scan_format; });

@@ -52,8 +52,19 @@ def damaged(file, at, value):
 def spz(version, splats=2):
     rotations = 4 if version == 3 else 3
     places = bytes([0, 16, 0, 0, 32, 0, 0, 64, 0]) * 2
-    body = b"NGSP" + struct.pack("<II4B", version, splats, 0, 12, 0, 0) + places + bytes(2 * (1 + 3 + 3 + rotations))
+    header = b"NGSP" + struct.pack("<II4B", version, splats, 0, 12, 0, 0)
+    body = header + places + b"\xff\xff" + bytes(2 * (3 + 3 + rotations))
     return gzip.compress(body, mtime=0)
+
+
+def packed_splats():
+    """Two splats in one chunk, as PlayCanvas writes them."""
+    bounds = [f"{end}_{axis}" for part in ("", "scale_") for end in ("min", "max") for axis in (part + "x", part + "y", part + "z")]
+    names = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
+    header = ["ply", "format binary_little_endian 1.0", "element chunk 1", *(f"property float {name}" for name in bounds),
+              "element vertex 2", *(f"property uint {name}" for name in names), "end_header", ""]  # fmt: skip
+    row = struct.pack("<4I", 0, 0x20080200, 0x7FF, 0xFF8000FF), struct.pack("<4I", 0xFFFFFFFF, 0x20080200, 0x7FF, 0xFF)
+    return "\n".join(header).encode() + struct.pack("<12f", 0, 0, 0, 2, 2, 2, -4, -4, -4, 0, 0, 0) + b"".join(row)
 
 
 def pcd(data, fields="x y z", viewpoint="0 0 0 1 0 0 0", count=2):
@@ -133,6 +144,7 @@ def files():
         "laz_count_beyond_file.laz": laz[:107] + struct.pack("<I", 2**31 - 1) + laz[111:],
         "laz_other_compressor.laz": damaged(laz, 375 + 54, 4),
         "laz_other_version.laz": damaged(laz, 375 + 54 + 34 + 4, 6),
+        "ply_packed_splats.ply": packed_splats(),
         "spz_2.spz": spz(2),
         "spz_3.spz": spz(3),
         "spz_5.spz": spz(5),

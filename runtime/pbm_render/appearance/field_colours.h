@@ -1,5 +1,6 @@
 // Colours of points by one of the file's fields, or by what every model has: height, normal, material. A colour map
-// takes the place of the solid texture's palette. BVG.md 17 Stability: experimental.
+// takes the place of the solid texture's palette. BVG.md 17.
+// Stability: experimental.
 #pragma once
 
 #include "pbm_format/model/model.h"

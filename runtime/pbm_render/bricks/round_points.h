@@ -1,5 +1,6 @@
 // Round points: those of materials whose points lie on no surface (BVG.md 18). They are drawn as discs that face the
-// eye. Stability: experimental.
+// eye.
+// Stability: experimental.
 #pragma once
 
 #include "pbm_format/model/model.h"

@@ -280,10 +280,11 @@ TEST(Pipeline, StrictTakesPointsWithoutNormals) {
     BuildStatistics statistics;
     const Result<Model> model = build_model(without_normals(as_points(bumpy_sphere(60))), options, statistics);
     ASSERT_TRUE(model.ok());
-    ASSERT_EQ(statistics.attributes.size(), 1U);
-    EXPECT_EQ(statistics.attributes[0].name, "normals");
-    EXPECT_EQ(statistics.attributes[0].fate, AttributeReport::Fate::estimated);
-    EXPECT_EQ(statistics.two_sided_points, 0U);
+    ASSERT_EQ(statistics.attributes.size(), 2U);
+    EXPECT_EQ(statistics.attributes[0].name, "shape"); // a few at the poles, where the rings are narrow
+    EXPECT_EQ(statistics.attributes[1].name, "normals");
+    EXPECT_EQ(statistics.attributes[1].fate, AttributeReport::Fate::estimated);
+    EXPECT_LT(statistics.two_sided_points, model->point_count() / 100);
 }
 
 // 200 points within a cube of edge 1, and strays: each hides the nearer ones.

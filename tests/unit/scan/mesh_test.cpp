@@ -28,6 +28,7 @@ namespace {
 using pbm::Error;
 using pbm::ErrorCode;
 using pbm::Result;
+using pbm::build::FaceColour;
 using pbm::build::Surface;
 using namespace pbm::test;
 using Colour = std::array<std::uint8_t, 3>;

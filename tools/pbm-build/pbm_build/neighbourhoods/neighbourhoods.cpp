@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cstdlib>
 
 namespace pbm::build {
@@ -57,29 +58,35 @@ std::vector<Neighbourhood> classify(std::span<const std::uint32_t> nearest, std:
 
 bool make_round(Surface &surface, std::span<const std::uint8_t> is_round) {
     const std::size_t first = surface.first_point();
-    std::vector<std::uint8_t> ids = surface.material_ids;
+    std::vector<std::uint8_t> ids;
+    if (surface.materials.size() > 1)
+        ids = surface.material_ids;
     ids.resize(surface.positions.size());
     std::vector<Material> materials = surface.materials;
     if (materials.empty())
         materials.resize(1);
-    std::array<std::uint8_t, kMaxMaterials> copies{}; // of each material; 0: none
-    for (std::size_t i = 0; i < is_round.size(); ++i) {
-        if (is_round[i] == 0)
-            continue;
-        std::uint8_t &id = ids[first + i], &copy = copies[id];
-        if (copy == 0) {
-            if (materials.size() == kMaxMaterials)
-                return false;
-            copy = static_cast<std::uint8_t>(materials.size());
-            Material &round = materials.emplace_back(materials[id]);
-            round.ka = std::min(round.ka + kMeanReflection * round.kd, 1.0F);
-            round.kd = round.ks = round.environment = 0;
-            round.shape = PointShape::round;
-        }
-        id = copy;
-    }
-    if (materials.size() == std::max<std::size_t>(surface.materials.size(), 1))
+    std::bitset<kMaxMaterials> of_round_points;
+    for (std::size_t i = 0; i < is_round.size(); ++i)
+        if (is_round[i] != 0)
+            of_round_points.set(ids[first + i]);
+    if (of_round_points.none())
         return true;
+    if (materials.size() + of_round_points.count() > kMaxMaterials)
+        return false;
+    std::array<std::uint8_t, kMaxMaterials> copies{}; // in the order of the materials, not of the points
+    for (std::size_t id = 0; id < copies.size(); ++id) {
+        if (!of_round_points[id])
+            continue;
+        copies[id] = static_cast<std::uint8_t>(materials.size());
+        Material round = materials[id];
+        round.ka = std::min(round.ka + kMeanReflection * round.kd, 1.0F);
+        round.kd = round.ks = round.environment = 0;
+        round.shape = PointShape::round;
+        materials.push_back(round);
+    }
+    for (std::size_t i = 0; i < is_round.size(); ++i)
+        if (is_round[i] != 0)
+            ids[first + i] = copies[ids[first + i]];
     surface.material_ids = std::move(ids);
     surface.materials = std::move(materials);
     return true;

@@ -283,7 +283,8 @@ Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &req
             surface.two_sided[surface.first_point() + i] |= orientation.two_sided[place];
             two_sided += orientation.two_sided[place];
         }
-    shape_points(surface, is_round, statistics);
+    if (missing > given) // else the cloud is a surface that lacks a few normals
+        shape_points(surface, is_round, statistics);
     report_normals(request, request.viewpoint ? 0 : surface.stations.size(), orientation, given, missing, two_sided,
                    statistics);
     return of_faces;
