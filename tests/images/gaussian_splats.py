@@ -153,7 +153,8 @@ def write_picture(picture, path):
 
 
 def text(vector):
-    return ",".join(repr(float(number)) for number in vector)
+    """A vector as PBM has it: it turns such files upright."""
+    return ",".join(repr(float(number)) for number in (vector[0], -vector[1], -vector[2]))
 
 
 def views_of(splats):

@@ -65,8 +65,9 @@ const std::vector<std::string> kRows{"0 0 0 0 0 0 0 0 0 9 4 -1 -1 -5 1 0 0 0", "
 TEST(GaussianSplats, PlyHasLogarithmsAndLogits) {
     const Surface s = surface(ply_of(kProperties, kRows), "scan.ply");
     ASSERT_EQ(s.positions.size(), 3U);
-    expect_near(s.normals[0], {0, 0, 1});
+    expect_near(s.normals[0], {0, 0, -1}); // turned upright, as all places
     expect_near(s.normals[1], {1, 0, 0});
+    EXPECT_TRUE(reports(s, "axes", Fate::converted));
     EXPECT_NEAR(s.radii[0], std::exp(-1.0), 1e-6);
     EXPECT_NEAR(s.radii[1], std::exp(-2.0), 1e-6); // of -1 and -3
     EXPECT_EQ(s.two_sided, (std::vector<std::uint8_t>{1, 1, 1}));
@@ -97,7 +98,7 @@ TEST(GaussianSplats, FlatOnesHaveTwoScales) {
     const Surface s = surface(ply_of("x y z f_dc_0 f_dc_1 f_dc_2 scale_0 scale_1 rot_0 rot_1 rot_2 rot_3",
                                      {"0 0 0 0 0 0 -1 -3 1 0 0 0", "1 1 1 0 0 0 -1 -3 1 0 0 0"}),
                               "scan.ply");
-    expect_near(s.normals[0], {0, 0, 1});
+    expect_near(s.normals[0], {0, 0, -1});
     EXPECT_NEAR(s.radii[0], std::exp(-2.0), 1e-6);
     EXPECT_EQ(note_of(s, "opacity"), "no such line");
 }
@@ -143,7 +144,7 @@ TEST(GaussianSplats, PackedPlyIsRead) {
     const Surface s = surface(PackedPly().file(), "scan.ply");
     ASSERT_EQ(s.positions.size(), 2U);
     EXPECT_EQ(s.positions[0], glm::dvec3(0));
-    EXPECT_EQ(s.positions[1], glm::dvec3(2));
+    EXPECT_EQ(s.positions[1], glm::dvec3(2, -2, -2)); // y points upwards
     EXPECT_EQ(s.colours[0], (Rgb8{255, 64, 0}));
     EXPECT_EQ(s.colours[1], (Rgb8{0, 0, 0}));
     // Of -4, -4 and 0 the first one is the shortest axis.

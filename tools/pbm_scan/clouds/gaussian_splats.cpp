@@ -33,9 +33,14 @@ Rgb8 splat_colour(const glm::vec3 &coefficients) {
     return colour_bytes(0.5F + coefficients * kConstantHarmonic, 255.0F);
 }
 
-Convention splat_convention() {
-    return {
-        .up = UpAxis::y, .is_firm = false, .up_reason = "as Gaussian splats in PLY have it, whose y points downwards"};
+void turn_upright(Surface &surface) {
+    for (glm::dvec3 &p : surface.positions)
+        p = {p.x, -p.y, -p.z};
+    for (glm::vec3 &n : surface.normals)
+        n = {n.x, -n.y, -n.z};
+    surface.convention = {.up = UpAxis::y, .is_firm = false, .up_reason = "Gaussian splats in PLY were turned upright"};
+    surface.report.push_back(
+        {"axes", Fate::converted, "y points downwards in Gaussian splats of PLY: turned by 180 degrees about x"});
 }
 
 Error all_splats_are_faint(const ReadOptions &options) {

@@ -34,8 +34,9 @@ Rgb8 splat_colour(const glm::vec3 &coefficients);
 // agree on the float.
 inline float exponential(float logarithm) { return static_cast<float>(std::exp(static_cast<double>(logarithm))); }
 
-// The axes of Gaussian splats in PLY, as the method's own program writes them.
-Convention splat_convention();
+// Gaussian splats in PLY have x to the right, y downwards, z forwards, as the method's own program writes them. Turns
+// positions and normals by half a turn about x, so that y points upwards as in SPZ.
+void turn_upright(Surface &surface);
 
 // Whether a splat is left out because it is nearly transparent. NaN is.
 inline bool is_faint(float opacity, const ReadOptions &options) {

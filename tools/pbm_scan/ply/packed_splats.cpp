@@ -165,7 +165,6 @@ Result<Surface> read_packed_splats(std::span<const std::uint8_t> bytes, const Pl
             between(bounds.of[2], {fraction(colour, 24, 8), fraction(colour, 16, 8), fraction(colour, 8, 8)}), 255.0F));
         splats.opacities.push_back(fraction(colour, 0, 8));
     }
-    surface.convention = splat_convention();
     surface.report.push_back({"vertex.packed_position", Fate::kept, "the centres of Gaussian splats"});
     surface.report.push_back({"vertex.packed_color", Fate::converted, kSplatColourNote});
     surface.report.push_back({"vertex.packed_rotation packed_scale", Fate::converted, kSplatShapeNote});
@@ -175,6 +174,7 @@ Result<Surface> read_packed_splats(std::span<const std::uint8_t> bytes, const Pl
                                       element.name == "sh" ? kSplatHarmonicsNote : "not used by PBM"});
     if (Status shown = show_discs(surface, splats, options); !shown)
         return shown.error();
+    turn_upright(surface);
     report_trailing(surface.report, bytes.size() - rows->end, "after the last element");
     return finished(std::move(surface), options);
 }

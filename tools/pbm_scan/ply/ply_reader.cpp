@@ -376,13 +376,12 @@ Result<Surface> read_ply(const ScanFile &file, const ReadOptions &options) {
         (column.is_kept() ? outcomes->fields : outcomes->classes).note = column.note();
     if (!header->texture_files.empty())
         outcomes->images = finish_images(file, *header, *body, surface);
-    if (roles->splat_colours) { // as the method's own program writes them
-        surface.convention = splat_convention();
-    }
     write_report(*header, *roles, *outcomes, surface);
     if (roles->has_splats())
         if (Status shown = show_discs(surface, splats, options); !shown)
             return shown.error();
+    if (roles->splat_colours)
+        turn_upright(surface);
     report_trailing(surface.report, trailing,
                     "after the last element, at byte " + std::to_string(bytes.size() - trailing));
     if (trailing == 0 && header->encoding == PlyEncoding::ascii && !ends_word(static_cast<char>(bytes.back())))
