@@ -72,7 +72,8 @@ void lay_alike(NamedMaterial &material, std::vector<AttributeReport> &report) {
 MaterialFiles read_material_files(std::span<const NamedFile> files, const Material &default_material) {
     MaterialFiles found;
     std::set<std::string> known{""};
-    for (const auto &[name, file, place] : files) {
+    for (const NamedFile &named : files) {
+        const std::string &file = named.file;
         if (!known.insert(file).second)
             continue;
         const Result<MappedFile> materials = MappedFile::open(file);
