@@ -215,8 +215,11 @@ std::string table(Table kind) {
         else if (kind == Table::degrees)
             row += " -" + std::to_string(100000 * i);
         else if (kind == Table::labels) {
-            row = i == 9 ? "nan 0 0 " : row + "D0 ";
-            row.append("200 ").append(std::to_string(60 + i)).append(" 30 ").append(std::to_string(i % 4));
+            if (i == 9)
+                row = "nan 0 0";
+            else
+                row += "D0";
+            row.append(" 200 ").append(std::to_string(60 + i)).append(" 30 ").append(std::to_string(i % 4));
         }
         text += row + "\n";
     }

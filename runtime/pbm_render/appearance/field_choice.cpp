@@ -102,7 +102,7 @@ Result<Bytes> field_sample(Reader &reader, std::size_t field) {
 Result<Bytes> height_sample(Reader &reader, std::size_t axis) {
     std::vector<MortonCode> codes{0};
     const Status read = read_coarse_levels(reader, [&](const LevelDirectory &directory, const Chunk &chunk) -> Status {
-        auto children = expand_level(codes, chunk.masks, directory.points);
+        auto children = expand_level(codes, chunk.masks, static_cast<std::size_t>(directory.points));
         if (!children)
             return children.error();
         codes = std::move(*children);

@@ -59,7 +59,7 @@ struct ResidentChunk {
     std::vector<BrickRecord> bricks; // of a packed file
     // Stored values of the shown field, and what the view has of them as texture values, or as colours of normals.
     Bytes field, field_colours;
-    RoundPoints round;               // drawn normals and radii; of chunks with round points
+    RoundPoints round; // drawn normals and radii; of chunks with round points
     MemoryClaim memory;
 };
 using ResidentPointer = std::shared_ptr<const ResidentChunk>;

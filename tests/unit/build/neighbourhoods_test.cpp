@@ -137,7 +137,7 @@ TEST(Neighbourhoods, RoundPointsReachHalfwayToTheirNeighbours) {
 }
 
 TEST(Neighbourhoods, OddClouds) {
-    for (const std::size_t count : {1, 2, 3, 50}) { // on a line, or alone
+    for (const std::size_t count : {1U, 2U, 3U, 50U}) { // on a line, or alone
         Cloud cloud;
         cloud.add_wire(count);
         const Model model = built(cloud.surface, options_at(6));
@@ -146,7 +146,7 @@ TEST(Neighbourhoods, OddClouds) {
     }
     Cloud plane, equal;
     for (int i = 0; i < 900; ++i) {
-        plane.add(i % 30, i / 30, 0);
+        plane.add(i % 30, std::floor(i / 30.0), 0);
         equal.add(1, 2, 3);
     }
     EXPECT_EQ(round_share(built(plane.surface, options_at(6)), -100, 100), 0);

@@ -227,7 +227,8 @@ TEST(E57, ColoursAreScaledByTheirLimits) {
 }
 
 TEST(E57, ColoursWithoutLimitsHaveTheRangeOfNearlyAll) {
-    const auto floats = [](std::vector<float> red, std::vector<float> green, std::vector<float> blue) {
+    const auto floats = [](const std::vector<float> &red, const std::vector<float> &green,
+                           const std::vector<float> &blue) {
         return scan_of(kFour,
                        {e57_floats("colorRed", red), e57_floats("colorGreen", green), e57_floats("colorBlue", blue)});
     };

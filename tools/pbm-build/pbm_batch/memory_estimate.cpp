@@ -13,8 +13,8 @@ constexpr std::uint64_t kProgram = std::uint64_t{96} << 20; // of a build of a s
 constexpr int kEnough = 3;                                  // builds from which what they needed counts
 constexpr double kMargin = 1.1;
 
-// Builds of binary PLY meshes and clouds needed 2.5 to 4.2 bytes per byte, of OBJ 2 to 5, of LAS with its usual fields 9.
-// Packed files hold more points in a byte.
+// Builds of binary PLY meshes and clouds needed 2.5 to 4.2 bytes per byte, of OBJ 2 to 5, of LAS with its usual
+// fields 9. Packed files hold more points in a byte.
 constexpr double kPlain = 8, kLas = 10, kPacked = 40;
 
 std::string kind_of(const std::string &scan) {

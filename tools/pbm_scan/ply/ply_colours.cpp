@@ -69,7 +69,7 @@ PlyOutcome finish_face_colours(const PlyRoles &roles, PlyBody &body, Surface &su
         return {Fate::dropped, "there are no faces"};
     ColourRange range;
     const PlyScalar type = type_of(roles.face_colour);
-    const PlyOutcome outcome = find_range(type, body.face_colours, range);
+    PlyOutcome outcome = find_range(type, body.face_colours, range);
     if (range.white == 0)
         return outcome;
     surface.face_colours = face_colours(body.face_colours, range);
