@@ -3,6 +3,7 @@
 #include "pbm_scan/clouds/gaussian_splats.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
+#include "pbm_scan/text/text_lines.h"
 #include "system/bytes.h"
 
 #include <algorithm>
