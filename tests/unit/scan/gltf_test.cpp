@@ -633,7 +633,7 @@ TEST(Gltf, GaussianSplatsAreDiscs) {
     const auto rotations = glb.floats({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, "VEC4", 4);
     const auto opacities = glb.floats({1, 0.1F, 0.9F}, "SCALAR", 1);
     const auto coefficients = glb.floats({0, 0, 0, 0, 0, 0, 9, -9, 0}, "VEC3", 3);
-    const auto read_with = [&](const std::vector<float> &scales) {
+    const auto file_with = [&](const std::vector<float> &scales) {
         Glb file = glb;
         const auto scale = file.floats(scales, "VEC3", 3);
         file.show({{{"mode", 0},
@@ -646,7 +646,13 @@ TEST(Gltf, GaussianSplatsAreDiscs) {
                     {"extensions", {{"KHR_gaussian_splatting", json::object()}}}}},
                   {{"scale", {2, 2, 2}}, {"rotation", {0, 0, std::sqrt(0.5), std::sqrt(0.5)}}});
         file.doc["extensionsUsed"] = {"KHR_gaussian_splatting"};
-        return test::surface(file.file(), "scan.glb");
+        return file.file();
+    };
+    const auto read_with = [&](const std::vector<float> &scales) {
+        return test::surface(file_with(scales), "scan.glb");
+    };
+    const auto refusal_of_splats = [&](const std::vector<float> &scales) {
+        return test::error(file_with(scales), "scan.glb").message;
     };
     const Surface s = read_with({0.1F, 0.2F, 0.8F, 1, 1, 1, 0.1F, 0.2F, 0.8F});
     ASSERT_EQ(s.positions.size(), 2U);
@@ -657,6 +663,9 @@ TEST(Gltf, GaussianSplatsAreDiscs) {
     EXPECT_EQ(s.colours[0], (Rgb8{128, 128, 128}));
     EXPECT_EQ(s.colours[1], (Rgb8{255, 0, 128}));
     EXPECT_TRUE(test::has(test::note_of(s, "opacity"), "1 of 3 splats"));
+    glb.doc["accessors"][opacities]["bufferView"] = glb.view(std::vector<float>{0, 0.1F, 0});
+    EXPECT_TRUE(test::has(refusal_of_splats({1, 1, 1, 1, 1, 1, 1, 1, 1}), "all splats are fainter than 0.2"));
+    glb.doc["accessors"][opacities]["bufferView"] = glb.view(std::vector<float>{1, 0.1F, 1});
     const Surface logarithms = read_with({-3, -2, -1, 1, 1, 1, -3, -2, -1});
     EXPECT_NEAR(logarithms.radii[0], 2 * std::exp(-1.5), 1e-5);
 }

@@ -107,7 +107,7 @@ Result<std::vector<GltfPrimitive>> GltfPrimitives::read_mesh(std::size_t mesh, c
                              " vertices in all; export fewer");
         if (!primitive.positions.empty())
             out.push_back(std::move(primitive));
-        else if (!primitive.is_lines)
+        else if (!primitive.is_lines && !primitive.are_splats)
             drop_once(report_, "primitives without POSITION", "there is nothing to show");
     }
     return out;
@@ -283,6 +283,7 @@ Status GltfPrimitives::read_plain(Reading &reading, GltfPrimitive &out) {
 // Based on: Khronos Group. KHR_gaussian_splatting. 2025
 Status GltfPrimitives::read_splats(Reading &reading, GltfPrimitive &out) {
     const std::size_t count = out.vertices();
+    out.are_splats = true;
     std::vector<float> rotations, scales, opacities, coefficients;
     for (const auto &[name, components, values] : {std::tuple(kRotations, std::size_t{4}, &rotations),
                                                    {kScales, std::size_t{3}, &scales},
@@ -326,11 +327,14 @@ Status GltfPrimitives::read_splats(Reading &reading, GltfPrimitive &out) {
     return {};
 }
 
-void GltfPrimitives::report_splats() {
+Status GltfPrimitives::report_splats(bool are_alone) {
     if (splats_ == 0)
-        return;
+        return {};
+    if (are_alone && faint_splats_ == splats_)
+        return all_splats_are_faint(options_);
     report_.push_back({"KHR_gaussian_splatting", Fate::converted, kSplatShapeNote});
     report_.push_back(faint_splats_report(faint_splats_, splats_, options_));
+    return {};
 }
 
 // All sets of four joints of each vertex, one set behind the other.

@@ -22,7 +22,7 @@ struct GltfPrimitive {
     std::vector<float> joints, weights;                     // numbers per vertex: 4 joint_sets
     std::size_t joint_sets = 0;
     std::vector<glm::uvec3> triangles;
-    bool is_points = false, is_lines = false;
+    bool is_points = false, is_lines = false, are_splats = false;
     const GltfMaterial *material = nullptr;
     std::size_t degenerate = 0;
 
@@ -45,7 +45,9 @@ class GltfPrimitives {
                                                        bool has_skin);
 
     // Reports Gaussian splats, if there are any. Call it last.
-    void report_splats();
+    //
+    // errors  bad_input  `are_alone`, the scene has no other points, and all splats are faint
+    Status report_splats(bool are_alone);
 
     // That of COLOR_0 of all primitives read so far.
     ColourRange colour_range() const;

@@ -198,7 +198,7 @@ class GltfReader {
             const double length = glm::length(turned);
             surface_.normals.emplace_back(length > 0 && std::isfinite(length) ? turned / length : glm::dvec3(0));
         }
-        has_normals_ = has_normals_ || (!primitive.normals.empty() && primitive.radii.empty());
+        has_normals_ = has_normals_ || (!primitive.normals.empty() && !primitive.are_splats);
         add_discs(primitive, first, std::cbrt(std::abs(placing.determinant)));
         add_colours(primitive, first);
         add_triangles(primitive, first, is_mirrored);
@@ -207,7 +207,7 @@ class GltfReader {
 
     // Radii of Gaussian splats, which show both of their sides.
     void add_discs(const GltfPrimitive &primitive, std::size_t first, double scale) {
-        if (primitive.radii.empty())
+        if (!primitive.are_splats)
             return;
         surface_.radii.resize(first, 0.0F);
         surface_.two_sided.resize(first, 0);
@@ -281,7 +281,7 @@ class GltfReader {
                     static_cast<std::uint8_t>(kOpaque - std::floor(opacity * kOpaque + 0.5F)));
             }
         }
-        has_vertex_colours_ = has_vertex_colours_ || (!primitive.colours.empty() && primitive.radii.empty());
+        has_vertex_colours_ = has_vertex_colours_ || (!primitive.colours.empty() && !primitive.are_splats);
         // A material without image or factor has the default colour, not white.
         has_factor_ = has_factor_ || material.factor != glm::vec4(1);
     }
@@ -299,7 +299,8 @@ class GltfReader {
         const auto kept = [&](const char *name, const char *note) {
             surface_.report.push_back({name, Fate::kept, note});
         };
-        primitives_.report_splats();
+        if (Status shown = primitives_.report_splats(surface_.positions.empty()); !shown)
+            return shown.error();
         primitives_.report_loose();
         kept("POSITION", "positions, with the transforms of the nodes");
         if (has_skins_)
