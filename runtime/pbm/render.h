@@ -47,8 +47,8 @@
 //   camera        Camera, default_camera, framed, Framebuffer    pbm_render/camera/, picture/
 //                 (orthographic ones are drawn by telecentric)
 //   detail        StreamedModel: the chunks that a view needs    pbm_render/detail/
-//   renderers     FastRenderer, FineRenderer, ReferenceRenderer  pbm_render/fast/, fine/, reference/ (read this one
-//   first) surroundings  Surroundings, apply_depth_cue                  pbm_render/surroundings/, shading/
+//   renderers     FastRenderer, FineRenderer, ReferenceRenderer  pbm_render/fast/, fine/, reference/ (read it first)
+//   surroundings  Surroundings, apply_depth_cue                  pbm_render/surroundings/, shading/
 //
 // Framebuffer::colour holds sRGB with straight alpha, red in the lowest byte: [height][width], top row first. Renderers
 // draw a file's ground and panorama if they are constructed with a Surroundings of read_images(reader).

@@ -15,9 +15,8 @@ struct UnaskedLook {
 };
 
 // The metadata of a cloud without faces, colours and normals says so (BVG.md 3.3): estimated normals and a single
-// colour do not show what it is. It has the colours of heights, and eye-dome lighting, and is seen
-// from above if its place on a map is known and z points up. Any other model is shown as the
-// file has it.
+// colour do not show what it is. It has the colours of heights, and eye-dome lighting, and is seen from above if its
+// place on a map is known and z points up. Any other model is shown as the file has it.
 UnaskedLook unasked_look(const Reader &reader);
 
 } // namespace pbm

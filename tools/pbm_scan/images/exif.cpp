@@ -1,7 +1,6 @@
 #include "pbm_scan/images/exif.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace pbm::build {
 namespace {
@@ -18,17 +17,12 @@ std::uint32_t number_at(ByteView from, std::size_t at, std::size_t bytes, bool i
     return number;
 }
 
-bool has_text(ByteView from, std::size_t at, std::string_view text) {
-    return at <= from.size() && from.size() - at >= text.size() &&
-           std::memcmp(from.data() + at, text.data(), text.size()) == 0;
-}
-
 // Of the first directory of a TIFF, which Exif data is.
 std::uint8_t orientation_of_tiff(ByteView tiff) {
     constexpr std::uint32_t kOrientation = 0x112, kShort = 3;
     constexpr std::size_t kEntry = 12;
-    const bool is_big = has_text(tiff, 0, "MM");
-    if (!is_big && !has_text(tiff, 0, "II"))
+    const bool is_big = has_bytes(tiff, 0, "MM");
+    if (!is_big && !has_bytes(tiff, 0, "II"))
         return kUpright;
     const std::size_t directory = number_at(tiff, 4, 4, is_big), entries = number_at(tiff, directory, 2, is_big);
     for (std::size_t i = 0; i < entries; ++i) {
@@ -49,7 +43,7 @@ ByteView exif_of_jpeg(ByteView image) {
         const std::uint32_t marker = number_at(image, at, 2, true), size = number_at(image, at + 2, 2, true);
         if (marker < kFirst || marker == kScan || size < 2)
             break;
-        if (marker == kExif && has_text(image, at + 4, kName))
+        if (marker == kExif && has_bytes(image, at + 4, kName))
             return image.subspan(at + 4 + kName.size());
         at += 2 + size;
     }
@@ -60,10 +54,10 @@ ByteView exif_of_jpeg(ByteView image) {
 ByteView exif_of_chunks(ByteView image, std::size_t first, std::string_view type, bool is_big) {
     for (std::size_t at = first; image.size() - std::min(at, image.size()) > 8;) {
         const std::size_t size = number_at(image, is_big ? at : at + 4, 4, is_big);
-        if (has_text(image, is_big ? at + 4 : at, type)) {
+        if (has_bytes(image, is_big ? at + 4 : at, type)) {
             const ByteView exif = image.subspan(at + 8);
             constexpr std::string_view kName{"Exif\0\0", 6};
-            return has_text(exif, 0, kName) ? exif.subspan(kName.size()) : exif;
+            return has_bytes(exif, 0, kName) ? exif.subspan(kName.size()) : exif;
         }
         at += 8 + size + (is_big ? 4 : size % 2); // CRC, or padding
     }

@@ -64,10 +64,6 @@ constexpr std::array kForeignImages{ForeignImage{"\xABKTX 20\xBB", 0, "KTX2"},
                                     ForeignImage{"P7\n", 0, "PAM"},
                                     ForeignImage{"<svg", 0, "SVG"}};
 
-bool has_bytes(ByteView bytes, std::size_t at, std::string_view text) {
-    return bytes.size() >= at + text.size() && std::memcmp(bytes.data() + at, text.data(), text.size()) == 0;
-}
-
 // Verifies that the file ends with IEND: libpng stops after the last pixel.
 Status check_png_end(ByteView bytes) {
     std::size_t at = kPngSignature.size();
@@ -222,6 +218,11 @@ Result<ImageSize> webp_size(ByteView bytes) {
 }
 
 } // namespace
+
+bool has_bytes(ByteView bytes, std::size_t at, std::string_view text) {
+    return at <= bytes.size() && bytes.size() - at >= text.size() &&
+           std::memcmp(bytes.data() + at, text.data(), text.size()) == 0;
+}
 
 Error damaged_image(const std::string &why) {
     return bad_input("the image is damaged or cut short (" + why + "); export it again");

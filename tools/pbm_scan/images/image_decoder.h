@@ -58,5 +58,7 @@ Result<std::vector<float>> decode_linear(ByteView bytes, ImageFormat format);
 
 // For decoders.
 Error damaged_image(const std::string &why);
+// Whether the bytes from `at` on begin with `text`; false behind the end.
+bool has_bytes(ByteView bytes, std::size_t at, std::string_view text);
 
 } // namespace pbm::build
