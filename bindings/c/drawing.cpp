@@ -78,7 +78,8 @@ Result<Camera> camera_of(const pbm_camera &from) {
 // What the options ask for of a picture; `request` has a camera and a size.
 Status take_options(const pbm_render_options &options, Drawing::Request &request) {
     constexpr std::uint32_t kFlags = PBM_BACKGROUND | PBM_NO_TEXTURE | PBM_NO_COLOURS | PBM_NO_SHADOWS | PBM_NO_GROUND |
-                                     PBM_NO_PANORAMA | PBM_NO_REFLECTIONS | PBM_HEADLIGHT | PBM_NO_LEGEND;
+                                     PBM_NO_PANORAMA | PBM_NO_REFLECTIONS | PBM_HEADLIGHT | PBM_NO_LEGEND |
+                                     PBM_GRADIENT;
     if (options.quality != PBM_FAST && options.quality != PBM_FINE)
         return usage("options.quality is " + std::to_string(options.quality) + ", neither PBM_FAST nor PBM_FINE");
     if (options.samples < 0 || options.samples > kMaxSamples)
@@ -86,6 +87,8 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
                      std::to_string(kMaxSamples));
     if (options.light_follows < PBM_LIGHTS_DEFAULT || options.light_follows > PBM_LIGHTS_MODEL)
         return usage("options.light_follows is " + std::to_string(options.light_follows) + ", which is nothing");
+    if (options.shading < PBM_SHADING_AUTO || options.shading > PBM_UNLIT)
+        return usage("options.shading is " + std::to_string(options.shading) + ", which is nothing");
     if ((options.flags & ~kFlags) != 0)
         return usage("options.flags has unknown bits");
     if (options.finest_level < 0 || options.finest_level > kMaxDepth)
@@ -111,12 +114,15 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
     RenderOptions &render = request.render;
     if (leaves(PBM_BACKGROUND))
         std::copy_n(options.background, render.background.size(), render.background.begin());
+    if (leaves(PBM_GRADIENT))
+        std::copy_n(options.background_below, 4, render.background_below.emplace().begin());
     render.texture = !leaves(PBM_NO_TEXTURE);
     render.point_colours = !leaves(PBM_NO_COLOURS);
     render.shadows = !leaves(PBM_NO_SHADOWS);
     render.ground = !leaves(PBM_NO_GROUND);
     render.panorama = !leaves(PBM_NO_PANORAMA);
     render.reflections = !leaves(PBM_NO_REFLECTIONS);
+    render.shading = static_cast<Shading>(options.shading); // in the same order
     request.legend = !leaves(PBM_NO_LEGEND);
     if (leaves(PBM_HEADLIGHT)) {
         const auto [right, up] = options.headlight;

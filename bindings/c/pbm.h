@@ -284,6 +284,10 @@ typedef enum pbm_depth_cue {
 // lights is lit from beside the eye. Lights that follow the eye cast no shadows.
 typedef enum pbm_light_follows { PBM_LIGHTS_DEFAULT = 0, PBM_LIGHTS_EYE = 1, PBM_LIGHTS_MODEL = 2 } pbm_light_follows;
 
+// How points take light. PBM_SHADING_AUTO: a model without lights of its own whose points have colours takes a soft light,
+// under which a surface that faces the eye keeps its colour; everything else is lit. PBM_UNLIT: the colours alone.
+typedef enum pbm_shading { PBM_SHADING_AUTO = 0, PBM_LIT = 1, PBM_UNLIT = 2 } pbm_shading;
+
 // Colours of a field's values. viridis: dark violet over green to yellow; grey: black to white; classes: a colour for
 // each label, that of maps for the classes of LAS. PBM_MAP_AUTO: classes for a field whose average is "majority" if no
 // range is given; grey for intensities without a range, brightened until their median is a middle grey; else viridis.
@@ -304,7 +308,8 @@ enum {
     PBM_NO_PANORAMA = 32,
     PBM_NO_REFLECTIONS = 64,
     PBM_HEADLIGHT = 128, // use `headlight`, in place of all other lights
-    PBM_NO_LEGEND = 256  // which says what the colours of `colour_by` mean
+    PBM_NO_LEGEND = 256, // which says what the colours of `colour_by` mean
+    PBM_GRADIENT = 512   // from `background` at the upper edge to `background_below` at the lower one
 };
 
 typedef struct pbm_render_options {
@@ -327,6 +332,8 @@ typedef struct pbm_render_options {
     // "plain": their material. Null or empty: what the model has, or "height" where PBM_NO_CUE is eye-dome lighting
     const char *colour_by;
     int32_t colour_map; // pbm_colour_map
+    int32_t shading;    // pbm_shading
+    uint8_t background_below[4];
 } pbm_render_options;
 
 typedef struct pbm_picture {

@@ -26,6 +26,7 @@ WORDS = [
       "PBM_AMBIENT_OCCLUSION": ("ambient_occlusion", "ambient-occlusion")}, "model.py _DEPTH_CUES", "pbm.js DEPTH_CUES"),
     ({"PBM_LIGHTS_DEFAULT": (None, "default"), "PBM_LIGHTS_EYE": "eye", "PBM_LIGHTS_MODEL": "model"},
      "model.py _LIGHT_FOLLOWS", "pbm.js LIGHT_FOLLOWS"),
+    ({"PBM_SHADING_AUTO": "auto", "PBM_LIT": "lit", "PBM_UNLIT": "unlit"}, "model.py _SHADINGS", "pbm.js SHADINGS"),
     ({"PBM_MAP_AUTO": (None, "auto"), "PBM_MAP_VIRIDIS": "viridis", "PBM_MAP_GREY": "grey", "PBM_MAP_CLASSES": "classes"},
      "model.py _COLOUR_MAPS", "pbm.js COLOUR_MAPS"),
     ({"PBM_NO_TEXTURE": "texture", "PBM_NO_COLOURS": "colours", "PBM_NO_SHADOWS": "shadows", "PBM_NO_GROUND": "ground",
@@ -40,6 +41,7 @@ WORDS = [
 # Other constants: their names in Python and in JavaScript, or None.
 NAMES = {
     "PBM_BACKGROUND": ("model.py _BACKGROUND", "pbm.js USE_BACKGROUND"),
+    "PBM_GRADIENT": ("model.py _GRADIENT", "pbm.js GRADIENT"),
     "PBM_HEADLIGHT": ("model.py _HEADLIGHT", "pbm.js USE_HEADLIGHT"),
     "PBM_CLIP_PLANE": ("model.py _CLIP_PLANE", "pbm.js CLIP_PLANE"),
     "PBM_CLIP_BOX": ("model.py _CLIP_BOX", "pbm.js CLIP_BOX"),
@@ -69,6 +71,7 @@ UNIONS = [
     ("module/pbm.d.ts", "depthCue", "DEPTH_CUES", set()), ("module/pbm.d.ts", "lightFollows", "LIGHT_FOLLOWS", set()),
     ("module/pbm.d.ts", "colourMap", "COLOUR_MAPS", set()), ("module/pbm.d.ts", "without", "LEAVE_OUT", set()),
     ("module/pbm.d.ts", "level", "LEVELS", set()), ("viewer/pbm-viewer.d.ts", "backs", "BACKS", set()),
+    ("module/pbm.d.ts", "shading", "SHADINGS", set()), ("viewer/pbm-viewer.d.ts", "shading", "SHADINGS", set()),
     ("viewer/pbm-viewer.d.ts", "lightFollows", "LIGHT_FOLLOWS", {"default"}),
     ("viewer/pbm-viewer.d.ts", "quality", "QUALITIES", {"auto"}),
 ]

@@ -79,6 +79,7 @@ SAME = {
     "background-color": ("background", "background", "background", "--no-panorama --background-color=1,0,0.2",
                          {"background": (255, 0, 51), "without": ["panorama"]}),
     "shadows": ("PBM_NO_SHADOWS", "without", None, "--no-shadows", {"without": ["shadows"]}),
+    "shading": ("shading", "shading", "shading", "--shading=unlit", {"shading": "unlit"}),
     "light-follows": ("light_follows", "lightFollows", "light-follows", "--light-follows=eye", {"light_follows": "eye"}),
     "headlight": ("headlight", "headlight", "headlight", "--headlight=-45,22.5", {"headlight": (-45, 22.5)}),
     "max-memory": ("max_memory", "maxMemory", "max-memory", None, {}),

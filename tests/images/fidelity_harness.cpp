@@ -221,7 +221,7 @@ void measure(const RayCaster &rays, const Subject &subject, const ModelParameter
     TracedScene scene{.rays = rays,
                       .mesh = subject.mesh,
                       .look = subject.look,
-                      .materials = parameters.materials,
+                      .materials = {},
                       .lights = {},
                       .light_origin = {origin[0], origin[1], origin[2]},
                       .edge = parameters.grid.edge(),
@@ -232,8 +232,9 @@ void measure(const RayCaster &rays, const Subject &subject, const ModelParameter
         const PictureTruth truth(rays.cast(view.camera, options.resolution.x, options.resolution.y, 0),
                                  options.resolution.x, scene.shows_backs);
         std::vector<Srgb> colours;
-        const Appearance seen = turn_lights(eye_axes(view.camera), parameters.grid, Appearance(parameters));
+        const Appearance seen = appearance_in_frame(parameters, {}, eye_axes(view.camera), Appearance(parameters));
         scene.lights = seen.lights;
+        scene.materials = seen.materials;
         if (options.shading)
             colours = trace(scene, view.camera, options.resolution.x, options.resolution.y, options.samples, 0);
         const std::string picture = options.pictures.empty() ? "" : options.pictures + "/" + view.name;

@@ -58,7 +58,7 @@ class RenderOptions(Sized):
                 ("flags", c_uint32), ("background", c_uint8 * 4), ("finest_level", c_int32), ("max_error", c_double),
                 ("threads", c_int32), ("max_memory", c_uint64), ("light_follows", c_int32),
                 ("colour_range", c_double * 2), ("headlight", c_double * 2), ("colour_by", c_char_p),
-                ("colour_map", c_int32)]
+                ("colour_map", c_int32), ("shading", c_int32), ("background_below", c_uint8 * 4)]
 
 
 class Picture(Sized):

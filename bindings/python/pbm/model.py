@@ -29,8 +29,9 @@ _ATTRIBUTES = {"colours": 1, "materials": 2, "texture": 4, "shadows": 8, "ground
 _QUALITIES = {"fast": 0, "fine": 1}
 _DEPTH_CUES = {None: 0, "eye_dome": 1, "ambient_occlusion": 2, "none": 3}
 _LIGHT_FOLLOWS = {None: 0, "eye": 1, "model": 2}
+_SHADINGS = {"auto": 0, "lit": 1, "unlit": 2}
 _COLOUR_MAPS = {None: 0, "viridis": 1, "grey": 2, "classes": 3}
-_BACKGROUND, _HEADLIGHT = 1, 128
+_BACKGROUND, _HEADLIGHT, _GRADIENT = 1, 128, 512
 _LEFT_OUT = {"texture": 2, "colours": 4, "shadows": 8, "ground": 16, "panorama": 32, "reflections": 64, "legend": 256}
 
 
@@ -281,7 +282,8 @@ class Model:
                without: Iterable[str] = (), finest_level: int = 0, max_error: float = 0, depth: bool = False,
                threads: int = 0, light_follows: str | None = None, headlight: tuple[float, float] | None = None,
                colour_by: str | None = None, colour_range: tuple[float, float] | None = None,
-               colour_map: str | None = None) -> Array | Any:
+               colour_map: str | None = None, shading: str = "auto",
+               background_below: Sequence[int] | None = None) -> Array | Any:
         """Draws a picture: [height][width][4] uint8, sRGB with straight alpha, top row first.
 
         camera        None: default_camera(size)
@@ -291,6 +293,7 @@ class Model:
         depth_cue     "eye_dome" or "ambient_occlusion": shades by depth what has no colours; "none"; None: eye_dome for
                       clouds of points without faces, colours and normals, else none
         background    (red, green, blue[, alpha]), 0 .. 255; None: dark grey
+        background_below  at the lower edge, with a gradient from `background` at the upper one; None: no gradient
         without       what to leave out: "texture", "colours", "shadows", "ground", "panorama", "reflections",
                       "legend"
         finest_level  do not draw finer levels than this one; 0: all
@@ -308,6 +311,9 @@ class Model:
         colour_map    "viridis", "grey" or "classes", a colour for each label; None: classes for a field of labels, grey
                       for intensities, else viridis
 
+        shading       "unlit": the colours alone; "lit"; "auto": lit, softly if the points have colours and the file no
+                      lights: a surface that faces the eye then keeps its colour
+
         Raises UsageError for a camera that sees nothing and for a field that is not there, InvalidError for a damaged
         file, LimitError.
         """
@@ -319,12 +325,16 @@ class Model:
                                          finest_level=finest_level, max_error=max_error, threads=threads,
                                          light_follows=_choice("light_follows", light_follows, _LIGHT_FOLLOWS),
                                          colour_map=_choice("colour_map", colour_map, _COLOUR_MAPS),
+                                         shading=_choice("shading", shading, _SHADINGS),
                                          colour_by=None if colour_by is None else colour_by.encode())
         for name in without:
             options.flags |= _choice("without", name, _LEFT_OUT)
         if background is not None:
             options.flags |= _BACKGROUND
-            options.background[:] = ([int(c) for c in background] + [255])[:4]
+            options.background[:] = _opaque(background)
+        if background_below is not None:
+            options.flags |= _GRADIENT
+            options.background_below[:] = _opaque(background_below)
         if headlight is not None:
             options.flags |= _HEADLIGHT
             options.headlight[:] = [float(np.radians(angle)) for angle in headlight]
@@ -363,6 +373,10 @@ class Model:
         if name not in shapes:
             raise UsageError(f"points have no {name!r} but {', '.join([*shapes, *fields])}")
         return shapes[name]
+
+
+def _opaque(colour: Sequence[int]) -> list[int]:
+    return ([int(c) for c in colour] + [255])[:4]
 
 
 def _choice(what: str, word: Any, choices: Mapping[Any, int]) -> int:

@@ -117,6 +117,8 @@ export interface RenderOptions {
     finestLevel?: number;
     /** sRGB with straight alpha, 0 .. 255 each. Default: 51, 51, 51, 255. */
     background?: [red: number, green: number, blue: number, alpha: number];
+    /** At the lower edge, with a gradient from `background` at the upper one. Default: no gradient. */
+    backgroundBelow?: [red: number, green: number, blue: number, alpha: number];
     /** Whether to write depths, too. Default: false. */
     depths?: boolean;
     /** Bytes of decoded points that are kept for the next pictures. Another value than for the last picture reads
@@ -128,6 +130,9 @@ export interface RenderOptions {
     /** "eye": lights turn with the camera and cast no shadows; "model": they stay where they are. Default: those of the
      *  file stay, and a file without lights is lit from beside the eye. */
     lightFollows?: "default" | "eye" | "model";
+    /** "unlit": the colours alone; "lit"; "auto", the default: lit, softly if the points have colours and the file no
+     *  lights: a surface that faces the eye then keeps its colour. */
+    shading?: "auto" | "lit" | "unlit";
     /** One light in place of all others, which follows the camera: where it comes from, to the right of the eye, -pi ..
      *  pi, and above it, -pi/2 .. pi/2. Default: none. */
     headlight?: [right: number, up: number];

@@ -19,13 +19,15 @@ export const ATTRIBUTES = Object.freeze({
 const LATER = 7,
     FAILED = 1; // what the callback returns
 const USE_BACKGROUND = 1,
-    USE_HEADLIGHT = 128;
+    USE_HEADLIGHT = 128,
+    GRADIENT = 512;
 const LEAVE_OUT = { texture: 2, colours: 4, shadows: 8, ground: 16, panorama: 32, reflections: 64, legend: 256 };
 const CLIP_PLANE = 1,
     CLIP_BOX = 2;
 const BACKS = { auto: 0, show: 1, hide: 2 };
 const QUALITIES = { fast: 0, fine: 1 };
 const DEPTH_CUES = { auto: 0, "eye-dome": 1, "ambient-occlusion": 2, none: 3 };
+const SHADINGS = { auto: 0, lit: 1, unlit: 2 };
 const LIGHT_FOLLOWS = { default: 0, eye: 1, model: 2 };
 const COLOUR_MAPS = { auto: 0, viridis: 1, grey: 2, classes: 3 };
 const LEVELS = { full: 0, quick: 1, deep: 2 };
@@ -218,13 +220,15 @@ function writeCamera(memory, address, camera) {
 }
 
 function writeOptions(memory, address, given, threads) {
-    let flags = (given.background ? USE_BACKGROUND : 0) | (given.headlight ? USE_HEADLIGHT : 0);
+    let flags = (given.background ? USE_BACKGROUND : 0) | (given.headlight ? USE_HEADLIGHT : 0) |
+        (given.backgroundBelow ? GRADIENT : 0);
     const without = given.without ?? [];
     if (!Array.isArray(without)) throw usage(`without is ${without}, not an array of names`);
     for (const name of without) flags |= oneOf(LEAVE_OUT, name, "without");
     memory.write(OPTIONS, address, {
         quality: oneOf(QUALITIES, given.quality ?? "fast", "quality"),
         depthCue: oneOf(DEPTH_CUES, given.depthCue ?? "auto", "depthCue"),
+        shading: oneOf(SHADINGS, given.shading ?? "auto", "shading"),
         lightFollows: oneOf(LIGHT_FOLLOWS, given.lightFollows ?? "default", "lightFollows"),
         colourMap: oneOf(COLOUR_MAPS, given.colourMap ?? "auto", "colourMap"),
         colourBy: given.colourBy,
@@ -234,6 +238,7 @@ function writeOptions(memory, address, given, threads) {
         finestLevel: given.finestLevel,
         maxError: given.maxError,
         background: given.background,
+        backgroundBelow: given.backgroundBelow,
         flags,
         threads,
         maxMemory: given.maxMemory ?? DEFAULT_MAX_MEMORY,

@@ -1,6 +1,7 @@
 // What attributes say of lights and of the colours of a field, as options of the module.
 import { parseAngle } from "./orbit.js";
 
+const SHADINGS = ["auto", "lit", "unlit"];
 const LIGHT_FOLLOWS = ["default", "eye", "model"];
 const COLOUR_MAPS = ["viridis", "grey", "classes"];
 
@@ -34,6 +35,7 @@ export function colouringOf(text) {
 // The options that the attributes of an element ask for.
 export function lookOf(element) {
     return {
+        shading: wordOf(element.getAttribute("shading"), SHADINGS),
         lightFollows: wordOf(element.getAttribute("light-follows"), LIGHT_FOLLOWS),
         headlight: headlightOf(element.getAttribute("headlight")),
         ...colouringOf(element.getAttribute("colour-by")),

@@ -20,6 +20,8 @@
 //                  as fine as can be drawn in 1.5 seconds
 //   backs          show: points are seen from both sides; hide: rooms are seen into from outside; auto (default): shown,
 //                  unless the file says that its surface is closed
+//   shading        unlit: the colours alone; lit; auto (default): lit, softly if the points have colours and the file no
+//                  lights: a surface that faces the eye then keeps its colour
 //   light-follows  eye: lights turn with the view and cast no shadows; model: they stay where they are. Default: those
 //                  of the file stay, and a file without lights is lit from beside the eye
 //   headlight      "RIGHT UP": one light in place of all others, which turns with the view; angles to the right of the eye,
@@ -154,6 +156,7 @@ export class PbmViewer extends HTMLElement {
     cameraTarget: string | null;
     fieldOfView: string | null;
     background: string | null;
+    shading: "auto" | "lit" | "unlit" | null;
     lightFollows: "eye" | "model" | null;
     headlight: string | null;
     colourBy: string | null;

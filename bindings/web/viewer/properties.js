@@ -13,6 +13,7 @@ export const PROPERTIES = {
     cameraTarget: String,
     fieldOfView: String,
     background: String,
+    shading: String,
     lightFollows: String,
     headlight: String,
     colourBy: String,

@@ -5,6 +5,7 @@
 #include <glm/matrix.hpp>
 
 #include <cmath>
+#include <utility>
 
 namespace pbm {
 namespace {
@@ -18,14 +19,39 @@ glm::dvec3 vector(const std::array<float, 3> &v) { return {v[0], v[1], v[2]}; }
 // To model space, from right, up and towards the eye.
 glm::dmat3 matrix(const EyeAxes &axes) { return {axes.right, axes.up, -axes.forward}; }
 
+// A light from beside the eye of front_axes(up). `travel`: to the right, up and towards the eye.
+Light light_beside_eye(UpAxis up, const glm::dvec3 &travel, float intensity) {
+    return {.intensity = {intensity, intensity, intensity},
+            .direction = floats(matrix(front_axes(up)) * glm::normalize(travel))};
+}
+
+// The soft light: this share of it comes from everywhere, the rest from the upper left, by cosine.
+constexpr float kFromEverywhere = 0.55F;
+const glm::dvec3 kSoftTravel{0.45, -0.45, -0.77};
+
+// Together they show a surface that faces the eye in its own colour. Materials that scatter no light stay.
+void soften(Appearance &appearance) {
+    appearance.lights = {light_beside_eye(appearance.up, kSoftTravel, 1)};
+    const auto towards_eye = static_cast<float>(-glm::normalize(kSoftTravel).z);
+    for (Material &material : appearance.materials)
+        if (material.kd > 0) {
+            material.ka = kFromEverywhere;
+            material.kd = (1 - kFromEverywhere) / towards_eye;
+        }
+}
+
+void light_evenly(Appearance &appearance) {
+    appearance.lights.clear();
+    for (Material &material : appearance.materials) {
+        material.ka = 1;
+        material.kd = material.ks = material.environment = 0;
+    }
+}
+
 } // namespace
 
 std::vector<Light> default_lights(UpAxis up) {
-    const auto light = [axes = matrix(front_axes(up))](const glm::dvec3 &travel, float intensity) {
-        return Light{.intensity = {intensity, intensity, intensity},
-                     .direction = floats(axes * glm::normalize(travel))};
-    };
-    return {light({0.62, -0.6, -0.52}, 1.1F), light({-0.85, -0.05, -0.4}, 0.18F)};
+    return {light_beside_eye(up, {0.62, -0.6, -0.52}, 1.1F), light_beside_eye(up, {-0.85, -0.05, -0.4}, 0.18F)};
 }
 
 std::optional<StreamInfo> palette_stream(const AttributeSet &set) {
@@ -69,6 +95,45 @@ Appearance turn_lights(const EyeAxes &eye, const Grid &grid, Appearance appearan
     appearance.shadows.fill({.of_file = false, .fresh = nullptr});
     appearance.lights_follow = LightsFollow::model;
     return appearance;
+}
+
+Rgba8 background_at(const RenderOptions &options, double down) {
+    Rgba8 colour = options.background;
+    if (options.background_below)
+        for (std::size_t i = 0; i < colour.size(); ++i)
+            colour[i] =
+                static_cast<std::uint8_t>(std::lround(colour[i] + down * ((*options.background_below)[i] - colour[i])));
+    return colour;
+}
+
+void clear(const RenderOptions &options, Framebuffer &picture) {
+    picture.clear(options.background);
+    if (options.background_below)
+        for (std::size_t at = 0; at < picture.pixels(); ++at)
+            picture.colour[at] =
+                pack_rgba(background_at(options, static_cast<double>(picture.centre(at).y) / picture.height));
+}
+
+ColourSource colour_source(const AttributeSet &set, const RenderOptions &options) {
+    if (palette_stream(set) && options.texture)
+        return ColourSource::texture;
+    if (!options.point_colours || set.colour == ColourFormat::none)
+        return ColourSource::material;
+    return set.colour == ColourFormat::rgb888 ? ColourSource::rgb888 : ColourSource::rgb565;
+}
+
+Appearance appearance_in_frame(const ModelParameters &parameters, const RenderOptions &options, const EyeAxes &eye,
+                               Appearance appearance) {
+    const ColourSource source = colour_source(parameters.attributes, options);
+    const bool shows_photographs = source == ColourSource::rgb565 || source == ColourSource::rgb888;
+    const bool is_unedited = appearance.lights_follow == LightsFollow::eye &&
+                             appearance.lights == default_lights(appearance.up) &&
+                             appearance.materials == parameters.materials;
+    if (options.shading == Shading::unlit)
+        light_evenly(appearance);
+    else if (options.shading == Shading::automatic && shows_photographs && is_unedited)
+        soften(appearance);
+    return turn_lights(eye, parameters.grid, std::move(appearance));
 }
 
 } // namespace pbm

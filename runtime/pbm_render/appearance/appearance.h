@@ -63,22 +63,46 @@ void set_headlight(Appearance &appearance, double right, double up);
 // file without lights.
 std::vector<Light> lights_to_keep(const Appearance &appearance, const ModelParameters &file);
 
-// Returns the appearance with which every renderer draws a frame for the eye with these axes: all lights are fixed to
-// the model. Lights that follow the eye are rotated about the grid's centre, as the eye is rotated from front_axes.
-// They cast no shadows, since baked shadows do not apply to them.
+// Returns the appearance for the eye with these axes, all lights fixed to the model. Lights that follow the eye are
+// rotated about the grid's centre, as the eye is rotated from front_axes. They cast no shadows, since baked shadows do
+// not apply to them.
 Appearance turn_lights(const EyeAxes &eye, const Grid &grid, Appearance appearance);
+
+// How points take light.
+//   automatic  points that show their own colours take a soft light, under which a surface that faces the eye keeps its
+//              colour: photographs have their light in them. It takes the place of default_lights, unless lights or
+//              materials were edited. Everything else is lit
+//   lit        by the lights and materials of the appearance
+//   unlit      every point has its own colour, or that of its material
+enum class Shading : std::uint8_t { automatic, lit, unlit };
 
 // A renderer leaves out what the file does not hold, whatever these options say.
 struct RenderOptions {
-    Rgba8 background{51, 51, 51, 255}; // sRGB; drawn where there is no panorama
-    bool texture = true;               // draw points and ground plane in the colours of their solid texture
+    Rgba8 background{51, 51, 51, 255};       // sRGB; drawn where there is no panorama
+    std::optional<Rgba8> background_below{}; // at the lower edge, with a gradient from `background` at the upper one
+    bool texture = true;                     // draw points and ground plane in the colours of their solid texture
     bool point_colours = true; // draw points without texture in their own colour; false: in that of their material
     bool shadows = true;       // false: every light reaches every point
     bool panorama = true;      // the panorama is drawn behind everything
     bool ground = true;        // the ground plane is drawn
     bool reflections = true;   // materials with an environment factor reflect the panorama
+    Shading shading = Shading::automatic;
     bool operator==(const RenderOptions &) const = default;
 };
+
+// The background, from `down` = 0 at the upper edge of the picture to 1 at the lower one.
+Rgba8 background_at(const RenderOptions &options, double down);
+// Fills a picture with it, and its depths with +infinity.
+void clear(const RenderOptions &options, Framebuffer &picture);
+
+// Where the colours of points come from: their material, their colours (BVG.md 6.3) or their solid texture.
+enum class ColourSource : std::uint8_t { material, rgb565, rgb888, texture };
+ColourSource colour_source(const AttributeSet &set, const RenderOptions &options);
+
+// The appearance with which every renderer draws a frame of a model with these `parameters`: its lights are fixed to
+// the model, and its materials take light as `options.shading` says.
+Appearance appearance_in_frame(const ModelParameters &parameters, const RenderOptions &options, const EyeAxes &eye,
+                               Appearance appearance);
 
 struct RenderStatistics {
     int level = 0;                  // finest detail level drawn

@@ -77,6 +77,7 @@ class StripProgress {
 struct FrameView {
     const RenderOptions &options;
     const FrameGeometry &geometry;
+    const Appearance &appearance; // in this frame
     const PointLighting &lighting;
     const PointShader &shader;
     const SurroundingsView &surroundings;
@@ -128,7 +129,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     frame.runs.set(runs);
     frame.runs.begin_view(geometry);
     const Grid &grid = frame.parameters.grid;
-    const Appearance appearance = turn_lights(projection.axes, grid, frame.appearance);
+    const Appearance appearance = appearance_in_frame(frame.parameters, options, projection.axes, frame.appearance);
     frame.reader.begin(frame.parameters, appearance, frame.runs);
     const std::vector<EyeLight> lights = lights_in_eye_space(appearance.lights, grid.edge(), projection);
     const SurroundingsView surroundings(frame.surroundings.get(), appearance, projection, options);
@@ -152,7 +153,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     lighting.shadowed = shader->shadowed();
     lighting.one_material = !frame.parameters.attributes.material;
     lighting.mirrors = shader->mirrors();
-    const FrameView view{options, geometry, lighting, *shader, surroundings, target};
+    const FrameView view{options, geometry, appearance, lighting, *shader, surroundings, target};
     StripProgress progress(count);
     // Strips come first: when a task waits for one, another thread draws it.
     frame.pool->run(count + tasks.count, [&](std::size_t i, std::size_t thread) {
@@ -183,12 +184,11 @@ std::uint64_t FastRenderer::Frame::draw(int top, int rows, const FrameView &view
 // Writes colours and depths of a strip's pixels to the target.
 void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameView &view) const {
     Framebuffer &target = view.target;
-    const std::uint32_t background = pack_rgba(view.options.background);
     const auto edge = static_cast<float>(parameters.grid.edge());
     const auto width = static_cast<std::size_t>(target.width);
     CoveredPixels covered(target.width);
     const bool is_plain = view.surroundings.is_plain();
-    const ShadedFrame shaded{view.geometry, appearance, view.shader, view.lighting};
+    const ShadedFrame shaded{view.geometry, view.appearance, view.shader, view.lighting};
     PointRow points(target.width);
     SurroundingsRow behind;
     std::vector<float> row_depths(is_plain || !target.depth.empty() ? 0 : width);
@@ -199,7 +199,7 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameView &view
                               : is_plain            ? nullptr
                                                     : row_depths.data();
         const PixelRow to{colours, depths, width, edge};
-        write_row(strip, y, background, to, covered);
+        write_row(strip, y, pack_rgba(background_at(view.options, (y + 0.5) / target.height)), to, covered);
         reader.read(covered, y, shaded, points);
         if (!view.shader.has_shaded_normals())
             shade_points(view.lighting, {covered.x.data(), covered.depth.data(), static_cast<float>(y) + 0.5F}, points);

@@ -57,8 +57,8 @@ struct Picture {
             const Camera &camera, const RenderOptions &asked, const Framebuffer &target)
         : width(target.width), height(target.height), with_depths(!target.depth.empty()), options(asked),
           projection(in_unit_grid(camera, parameters), target.width, target.height),
-          appearance(turn_lights(projection.axes, parameters.grid, look)), points(parameters, appearance, options),
-          around(surroundings, appearance, projection, options),
+          appearance(appearance_in_frame(parameters, options, projection.axes, look)),
+          points(parameters, appearance, options), around(surroundings, appearance, projection, options),
           lights(lights_in_eye_space(appearance.lights, parameters.grid.edge(), projection)) {}
 
     const int width, height;
@@ -349,7 +349,7 @@ void FineRenderer::Frame::add_row(int y, const Sample &sample, ThreadScratch &at
 void FineRenderer::Frame::resolve_row(int y, const ColourTable &colours, Framebuffer &target) const {
     const auto width = static_cast<std::size_t>(picture->width);
     const std::size_t start = static_cast<std::size_t>(y) * width;
-    const std::uint32_t background = pack_rgba(picture->options.background);
+    const std::uint32_t background = pack_rgba(background_at(picture->options, (y + 0.5) / picture->height));
     const auto samples = static_cast<float>(picture->samples);
     const float background_alpha =
         picture->around.is_plain() ? static_cast<float>(picture->options.background[3]) / 255 : 0;

@@ -167,10 +167,10 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
     level = std::clamp(level, 0, static_cast<int>(model_.levels.size()) - 1);
     const auto edge = static_cast<float>(model_.parameters.grid.edge());
     const Projection projection(in_unit_grid(camera, model_.parameters), target.width, target.height);
-    const Appearance appearance = turn_lights(projection.axes, model_.parameters.grid, appearance_);
+    const Appearance appearance = appearance_in_frame(model_.parameters, options, projection.axes, appearance_);
     const auto surroundings = surroundings_ ? surroundings_->in_frame(appearance, projection, options) : nullptr;
 
-    target.clear(options.background);
+    clear(options, target);
     PlainWalk walk(model_, level, offsets_[static_cast<std::size_t>(level)], projection, target);
     const std::uint64_t drawn = walk.draw_all();
 

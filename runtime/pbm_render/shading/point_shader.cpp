@@ -18,14 +18,6 @@ constexpr float kMirroredAngle = 0.08F;
 // A point faces away, whatever the perspective, if the cosine between its normal and the view direction exceeds this.
 constexpr float kFarAway = 0.7F;
 
-ColourSource choose_source(const AttributeSet &set, const RenderOptions &options) {
-    if (palette_stream(set) && options.texture)
-        return ColourSource::texture;
-    if (!options.point_colours || set.colour == ColourFormat::none)
-        return ColourSource::material;
-    return set.colour == ColourFormat::rgb888 ? ColourSource::rgb888 : ColourSource::rgb565;
-}
-
 int count_shadowed(const AttributeSet &set, const Appearance &appearance, const RenderOptions &options) {
     return options.shadows ? std::min(set.lights, static_cast<int>(appearance.lights.size())) : 0;
 }
@@ -47,7 +39,7 @@ std::vector<Float4> mirror_panorama(const FrameSurroundings &surroundings, glm::
 PointShader::PointShader(const ModelParameters &parameters, const Appearance &appearance, const Projection &projection,
                          const FrameSurroundings *surroundings, const RenderOptions &options, bool shades)
     : parameters_(parameters), appearance_(appearance), projection_(projection),
-      source_(choose_source(parameters.attributes, options)),
+      source_(pbm::colour_source(parameters.attributes, options)),
       point_colours_(source_ == ColourSource::material || source_ == ColourSource::texture
                          ? ColourFormat::none
                          : parameters.attributes.colour),

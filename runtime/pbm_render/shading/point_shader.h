@@ -18,9 +18,6 @@
 
 namespace pbm {
 
-// Source of a point's colour: its material, its colour stream or its value of the solid texture.
-enum class ColourSource : std::uint8_t { material, rgb565, rgb888, texture };
-
 // Attributes of a point that shading needs.
 struct PointLook {
     std::uint32_t colour;   // sRGB, red in the lowest byte; unused if the source is the material

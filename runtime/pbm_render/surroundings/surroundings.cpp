@@ -152,7 +152,7 @@ void SurroundingsRow::resize(std::size_t pixels) {
 
 SurroundingsView::SurroundingsView(const Surroundings *surroundings, const Appearance &appearance,
                                    const Projection &projection, const RenderOptions &options)
-    : projection_(projection), background_(options.background) {
+    : projection_(projection), options_(options) {
     if (surroundings == nullptr)
         return;
     if (surroundings->panorama_ && options.panorama)
@@ -175,18 +175,19 @@ RayRow SurroundingsView::rays(glm::dvec2 first, std::size_t count) const {
             .count = count};
 }
 
-// Looks at panorama or background where neither object nor ground hides them.
-void SurroundingsView::sample_background(const RayRow &rays, SurroundingsRow &row) const {
+// Looks at panorama or background where neither object nor ground hides them. `y`: of the row.
+void SurroundingsView::sample_background(const RayRow &rays, double y, SurroundingsRow &row) const {
     if (panorama_ != nullptr) {
         std::fill(row.alpha.begin(), row.alpha.end(), 1.0F);
         panorama_->sample_row(rays, row.wanted.data(), {row.red.data(), row.green.data(), row.blue.data()});
         return;
     }
-    const Float4 linear = colour_table().linear(pack_rgba(background_));
+    const Rgba8 background = background_at(options_, std::clamp(y / (2 * projection_.middle.y), 0.0, 1.0));
+    const Float4 linear = colour_table().linear(pack_rgba(background));
     std::fill(row.red.begin(), row.red.end(), linear[0]);
     std::fill(row.green.begin(), row.green.end(), linear[1]);
     std::fill(row.blue.begin(), row.blue.end(), linear[2]);
-    std::fill(row.alpha.begin(), row.alpha.end(), static_cast<float>(background_[3]) / 255.0F);
+    std::fill(row.alpha.begin(), row.alpha.end(), static_cast<float>(background[3]) / 255.0F);
 }
 
 GroundRow SurroundingsView::ground_row(glm::dvec2 first, std::size_t count) const {
@@ -222,7 +223,7 @@ void SurroundingsView::look(glm::dvec2 first, std::size_t count, const float *ob
     const RayRow seen = rays(first, count);
     if (panorama_ != nullptr)
         HWY_DYNAMIC_DISPATCH(find_free)(row.depth.data(), row.coverage.data(), blocks, row.wanted.data());
-    sample_background(seen, row);
+    sample_background(seen, first.y, row);
     if (ground.begin == ground.end)
         return;
     if (ground_frame_.mirror > 0) {

@@ -59,14 +59,14 @@ class SurroundingsView final : public FrameSurroundings {
     GroundRow ground_row(glm::dvec2 first, std::size_t count) const; // empty where there is no ground
     void look(glm::dvec2 first, std::size_t count, const float *object_depths, const GroundRow &ground,
               SurroundingsRow &row) const;
-    void sample_background(const RayRow &rays, SurroundingsRow &row) const;
+    void sample_background(const RayRow &rays, double y, SurroundingsRow &row) const;
 
     const Projection &projection_;
     const PanoramaSampler *panorama_ = nullptr; // behind everything
     const PanoramaSampler *mirrored_ = nullptr; // in materials that ask for it
     const GroundSampler *ground_ = nullptr;
     GroundFrame ground_frame_;
-    const Rgba8 background_;
+    const RenderOptions options_;
 };
 
 } // namespace pbm

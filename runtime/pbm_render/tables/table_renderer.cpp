@@ -316,7 +316,7 @@ void TableRenderer::set_offsets(int level, std::vector<std::int8_t> offsets) {
 RenderStatistics TableRenderer::render(const Camera &camera, const RenderOptions &options, Framebuffer &target,
                                        const TableOptions &own) const {
     const int level = std::clamp(own.level, 0, static_cast<int>(model_.levels.size()) - 1);
-    target.clear(options.background);
+    clear(options, target);
     const Camera unit_camera = in_unit_grid(camera, model_.parameters);
     const Projection projection(unit_camera, target.width, target.height);
     TableWalk walk(model_, projection, {level, own.splats}, offsets_[static_cast<std::size_t>(level)], target);
@@ -336,7 +336,7 @@ RenderStatistics TableRenderer::render(const Camera &camera, const RenderOptions
                                  octant_starts_);
         }
     }
-    const Appearance appearance = turn_lights(projection.axes, model_.parameters.grid, appearance_);
+    const Appearance appearance = appearance_in_frame(model_.parameters, options, projection.axes, appearance_);
     std::unique_ptr<const FrameSurroundings> surroundings;
     if (surroundings_)
         surroundings = surroundings_->in_frame(appearance, projection, options);

@@ -2,6 +2,7 @@
 
 #include <glm/common.hpp>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -67,15 +68,22 @@ Result<ClipBox> parse_clip_box(const std::string &text) {
     return ClipBox{glm::min(a, b), glm::max(a, b)};
 }
 
-Result<Rgba8> parse_colour(const std::string &text) {
-    const auto numbers = parse_numbers(text, ",", 3);
-    Rgba8 colour{0, 0, 0, 255};
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (!numbers || (*numbers)[i] < 0 || (*numbers)[i] > 1)
-            return usage("'" + text + "' is no colour; write three numbers from 0 to 1 like 0.2,0.2,0.2");
-        colour[i] = static_cast<std::uint8_t>(std::lround((*numbers)[i] * 255));
-    }
-    return colour;
+Status parse_background(const std::string &text, RenderOptions &options) {
+    const auto one = parse_numbers(text, ",", 3), two = parse_numbers(text, ",", 6);
+    const std::vector<double> numbers = one.value_or(two.value_or(std::vector<double>()));
+    if (numbers.empty() || std::any_of(numbers.begin(), numbers.end(), [](double n) { return n < 0 || n > 1; }))
+        return usage("'" + text +
+                     "' is no colour; write three numbers from 0 to 1 like 0.2,0.2,0.2, or six: at the top "
+                     "and at the bottom");
+    const auto colour = [&](std::size_t first) {
+        Rgba8 made{0, 0, 0, 255};
+        for (std::size_t i = 0; i < 3; ++i)
+            made[i] = static_cast<std::uint8_t>(std::lround(numbers[first + i] * 255));
+        return made;
+    };
+    options.background = colour(0);
+    options.background_below = two ? std::optional(colour(3)) : std::nullopt;
+    return {};
 }
 
 Result<Headlight> parse_headlight(const std::string &text) {

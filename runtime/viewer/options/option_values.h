@@ -21,8 +21,8 @@ Result<glm::dvec3> parse_vector(const std::string &text);
 Result<ClipPlane> parse_clip_plane(const std::string &text);
 // "x,y,z,x,y,z": two opposite corners.
 Result<ClipBox> parse_clip_box(const std::string &text);
-// "r,g,b", each 0..1, sRGB.
-Result<Rgba8> parse_colour(const std::string &text);
+// "r,g,b", each 0..1, sRGB; or "r,g,b,r,g,b", at the upper and the lower edge of pictures.
+Status parse_background(const std::string &text, RenderOptions &options);
 // "right,up": -180..180 and -90..90 degrees.
 Result<Headlight> parse_headlight(const std::string &text);
 // "NAME[,MIN,MAX][,MAP]": a field, the values with the first and the last colour, a colour map.

@@ -50,6 +50,8 @@ const std::vector<std::pair<std::string, Backs>> kBacks{
     {"auto", Backs::automatic}, {"show", Backs::show}, {"hide", Backs::hide}};
 const std::vector<std::pair<std::string, std::optional<LightsFollow>>> kLightsFollow{{"eye", LightsFollow::eye},
                                                                                      {"model", LightsFollow::model}};
+const std::vector<std::pair<std::string, Shading>> kShadings{
+    {"auto", Shading::automatic}, {"lit", Shading::lit}, {"unlit", Shading::unlit}};
 
 const std::vector<std::pair<std::string, std::optional<UpAxis>>> kUpAxes{
     {"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}};
@@ -96,9 +98,14 @@ void add_shading_options(CommandLine &line, LookOptions &look) {
     command_line::add_choice(line, "--depth-cue", "depth cue", kDepthCues, look.depth_cue,
                              "Shade by depth alone; default eye-dome for clouds without colours, else none");
     line.add("--legend,!--no-legend", "Of the colours of --colour-by; default on", &look.legend);
-    line.add("--background-color,--background-colour", "sRGB, each 0..1; default 0.2,0.2,0.2",
-             stored(parse_colour, render.background), {.type = "R,G,B"});
+    line.add("--background-color,--background-colour",
+             "sRGB, each 0..1; default 0.2,0.2,0.2; a second one: a gradient from top to bottom",
+             [&render](const std::string &text) { return parse_background(text, render); }, {.type = "R,G,B[,R,G,B]"});
     line.topic = "Light";
+    command_line::add_choice(
+        line, "--shading", "shading", kShadings, render.shading,
+        "unlit: the points' own colours; lit; auto (default): lit, softly where colours are those of photographs and "
+        "no light is asked for");
     line.add("--shadows,!--no-shadows", "Shadows baked into the file; default on", &render.shadows);
     command_line::add_choice(
         line, "--light-follows", "light", kLightsFollow, look.lights_follow,
@@ -258,6 +265,7 @@ std::string camera_as_options(const Camera &camera, double view_angle) {
 }
 
 const std::string &word_of(Backs backs) { return word_of(kBacks, backs); }
+const std::string &word_of(Shading shading) { return word_of(kShadings, shading); }
 const std::string &word_of(LightsFollow follow) { return word_of(kLightsFollow, std::optional(follow)); }
 const std::string &word_of(Quality quality) { return word_of(kQualities, quality); }
 const std::string &word_of(DepthCue cue) { return word_of(kDepthCues, std::optional(cue)); }
@@ -277,6 +285,8 @@ std::string look_as_options(const LookOptions &look) {
     if (look.colour_by)
         text += " --colour-by=" + colour_by_text(*look.colour_by);
     add_switch(look.legend, "--no-legend");
+    if (render.shading != standard.render.shading)
+        text += " --shading=" + word_of(render.shading);
     if (look.lights_follow)
         text += " --light-follows=" + word_of(*look.lights_follow);
     if (look.headlight)
@@ -289,8 +299,9 @@ std::string look_as_options(const LookOptions &look) {
         text += " --samples=" + std::to_string(look.samples);
     if (render.background[3] == 0)
         text += " --no-background";
-    else if (render.background != standard.render.background)
-        text += " --background-color=" + colour_text(render.background);
+    else if (render.background != standard.render.background || render.background_below)
+        text += " --background-color=" + colour_text(render.background) +
+                (render.background_below ? "," + colour_text(*render.background_below) : "");
     return text;
 }
 

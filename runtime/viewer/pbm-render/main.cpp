@@ -160,7 +160,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     line.add_version(PBM_VERSION);
     if (const auto done = command_line::parse(
             line, argc, argv, old_switches({kOldVideoSwitch}),
-            {.most_used = {"--output", "--resolution", "--turntable", "--quality", "--help"},
+            {.most_used = {"--output", "--resolution", "--turntable", "--quality", "--no-background", "--help"},
              .examples = {
                  {"pbm-render scan.pbvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
                  {"pbm-render scan.pbvg -o - --no-background | display", "A transparent picture for the next program."},
@@ -212,6 +212,7 @@ nlohmann::ordered_json look_json(const LookOptions &look) {
                                 {"samples", look.quality == Quality::fine ? look.samples : 1},
                                 {"texture", render.texture},
                                 {"point_colours", render.point_colours},
+                                {"shading", word_of(render.shading)},
                                 {"shadows", render.shadows},
                                 {"panorama", render.panorama},
                                 {"ground", render.ground},

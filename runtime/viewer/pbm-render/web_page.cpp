@@ -100,6 +100,8 @@ std::string view_attributes(const WebPage &page) {
     if (view.backs != Backs::automatic)
         text += " backs=\"" + word_of(view.backs) + '"';
     const LookOptions &look = view.look;
+    if (look.render.shading != Shading::automatic)
+        text += " shading=\"" + word_of(look.render.shading) + '"';
     if (look.lights_follow)
         text += " light-follows=\"" + word_of(*look.lights_follow) + '"';
     if (look.headlight)
@@ -112,11 +114,16 @@ std::string view_attributes(const WebPage &page) {
 }
 
 std::string background_of(const ViewOptions &view) {
-    const auto &colour = view.look.render.background;
-    std::ostringstream text;
-    text << "rgb(" << int{colour[0]} << ' ' << int{colour[1]} << ' ' << int{colour[2]} << " / " << colour[3] / 255.0
-         << ')';
-    return text.str();
+    const auto css = [](const Rgba8 &colour) {
+        std::ostringstream text;
+        text << "rgb(" << int{colour[0]} << ' ' << int{colour[1]} << ' ' << int{colour[2]} << " / " << colour[3] / 255.0
+             << ')';
+        return text.str();
+    };
+    const RenderOptions &render = view.look.render;
+    return render.background_below
+               ? "linear-gradient(" + css(render.background) + ", " + css(*render.background_below) + ")"
+               : css(render.background);
 }
 
 // Fills the places of a text; values may look like places.

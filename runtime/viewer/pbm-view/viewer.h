@@ -122,6 +122,7 @@ class Viewer {
     void build_windows(std::optional<Look> &changed);
     void change_look(Look look);
     void next_colours();
+    void next_shading();
     std::optional<double> timeout() const;
     glm::ivec2 picture_size() const;
     OverlayText overlay_text() const;

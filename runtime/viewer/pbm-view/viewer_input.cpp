@@ -51,6 +51,7 @@ void Viewer::handle(const KeyEvent &event) {
     case Key::next_file: open_neighbour(1); break;
     case Key::up_axis: navigator_.turn_up_axis(picture_size()); break;
     case Key::colours: next_colours(); break;
+    case Key::shading: next_shading(); break;
     case Key::help:
         show_help_ = !show_help_;
         hint_until_.reset();

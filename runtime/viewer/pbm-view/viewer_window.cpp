@@ -109,6 +109,18 @@ void Viewer::next_colours() {
     change_look(std::move(look));
 }
 
+void Viewer::next_shading() {
+    if (!shown_.model || shown_.is_recorded)
+        return;
+    Look look = *shown_.look;
+    Shading &shading = look.options.render.shading;
+    shading = static_cast<Shading>((static_cast<int>(shading) + 1) % 3);
+    notices_.notify(shading == Shading::automatic ? "Light: automatic"
+                    : shading == Shading::lit     ? "Light: lit"
+                                                  : "Light: none, colours alone");
+    change_look(std::move(look));
+}
+
 void Viewer::ask(Question question) {
     question_ = std::move(question);
     window_.invalidate();

@@ -9,6 +9,10 @@
 
 #include <hwy/targets.h>
 
+#include <array>
+#include <optional>
+#include <set>
+
 namespace pbm {
 namespace {
 
@@ -342,6 +346,118 @@ TEST(LightsOfAFileWithoutLights, LightABallAlikeFromEverySide) {
     const auto fixed = light(LightsFollow::model, {0, 0, -5});
     for (std::size_t i = 0; i < fixed.size(); ++i)
         EXPECT_LT(fixed[i], 0.8 * front[i]) << i;
+}
+
+// A ball whose points all have the colour (128, 90, 200).
+Model coloured_ball() {
+    Model model = smooth_ball(6, {.colour = ColourFormat::rgb888});
+    for (Level &level : model.levels)
+        for (std::size_t i = 0; i < level.points.size(); ++i)
+            set_point_colour(level.points, i, ColourFormat::rgb888, {128, 90, 200});
+    return model;
+}
+
+// Pictures of the reference renderer, the fast and the fine one, from the front. `appearance`: of the model if absent.
+std::array<Framebuffer, 3> pictures_of(const Model &model, const RenderOptions &options,
+                                       const std::optional<Appearance> &appearance = {}) {
+    const auto around = std::make_shared<const Surroundings>(model.parameters, TiledImages::of(model.images));
+    const Bytes file = value_of(encode_model(model, {.storage = Storage::mapped, .chunk_points = 4096, .threads = 1}));
+    const WholeLevel level(file, model.parameters.grid.depth);
+    ReferenceRenderer reference(model, around);
+    FastRenderer fast(model.parameters, 4096, 1, around);
+    FineRenderer fine(model.parameters, 4096, 1, around);
+    const Appearance look = appearance.value_or(Appearance(model.parameters));
+    reference.set_appearance(look);
+    fast.set_appearance(look);
+    fine.set_appearance(look);
+    const Camera camera = look_from(kMiddle + glm::dvec3(0, 0, 5), kMiddle);
+    std::array<Framebuffer, 3> pictures{Framebuffer(80, 80), Framebuffer(80, 80), Framebuffer(80, 80)};
+    reference.render(camera, options, pictures[0]);
+    fast.render(level.runs, camera, options, pictures[1]);
+    fine.render(level.runs, camera, options, pictures[2], 4);
+    return pictures;
+}
+
+Model ground_alone() {
+    Model model = ball_on_ground({});
+    model.images = {}; // no panorama
+    return model;
+}
+
+TEST(Background, IsAGradientFromTopToBottomInEveryRenderer) {
+    const RenderOptions options{.background = {200, 100, 0, 255}, .background_below = Rgba8{0, 100, 200, 255}};
+    const Model bare = smooth_ball(6, {}), with_ground = ground_alone();
+    for (const Model *const model : {&bare, &with_ground})
+        for (const Framebuffer &picture : pictures_of(*model, options))
+            for (const int y : {0, 5, 20}) {
+                const Rgba8 seen = unpack_rgba(picture.colour[static_cast<std::size_t>(y) * 80]);
+                const double down = (y + 0.5) / 80;
+                EXPECT_NEAR(seen[0], 200 * (1 - down), 1);
+                EXPECT_NEAR(seen[1], 100, 1);
+                EXPECT_NEAR(seen[2], 200 * down, 1);
+                EXPECT_EQ(seen[3], 255);
+            }
+}
+
+TEST(ShadingOfPoints, UnlitIsTheirOwnColourExactly) {
+    Model model = smooth_ball(6, {.colour = ColourFormat::rgb888});
+    model.parameters.lights = default_lights(UpAxis::y);
+    model.parameters.materials[0].environment = 0.5F;
+    std::set<std::uint32_t> colours{pack_rgba({0, 0, 0, 0})};
+    PointAttributes &points = model.levels.back().points;
+    for (std::size_t i = 0; i < points.size(); ++i) { // every sRGB value, each in one channel at least
+        const Rgb8 colour{static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(i / 7),
+                          static_cast<std::uint8_t>(i / 31)};
+        set_point_colour(points, i, ColourFormat::rgb888, colour);
+        colours.insert(pack_rgb(colour) | 0xFF000000U);
+    }
+    const auto pictures = pictures_of(model, {.background = {0, 0, 0, 0}, .shading = Shading::unlit});
+    for (const std::size_t renderer : {0U, 1U}) {
+        EXPECT_GT(std::set(pictures[renderer].colour.begin(), pictures[renderer].colour.end()).size(), 500U);
+        for (const std::uint32_t colour : pictures[renderer].colour)
+            ASSERT_TRUE(colours.contains(colour)) << renderer << ' ' << std::hex << colour;
+    }
+    for (const Framebuffer &picture :
+         pictures_of(coloured_ball(), {.background = {0, 0, 0, 0}, .shading = Shading::unlit}))
+        for (const std::uint32_t colour : picture.colour)
+            ASSERT_TRUE(colour >> 24 != 255 || colour == pack_rgba({128, 90, 200, 255})) << std::hex << colour;
+}
+
+TEST(ShadingOfPoints, ColoursKeepTheirBrightnessWhereTheyFaceTheEye) {
+    for (const Framebuffer &picture : pictures_of(coloured_ball(), {})) {
+        const Rgba8 middle = unpack_rgba(picture.colour[40 * 80 + 40]);
+        EXPECT_NEAR(middle[0], 128, 4);
+        EXPECT_NEAR(middle[1], 90, 4);
+        EXPECT_NEAR(middle[2], 200, 4);
+    }
+}
+
+TEST(ShadingOfPoints, WhatHasNoColoursOrIsLitOnPurposeIsLit) {
+    const auto is_softened = [](const Model &model, RenderOptions options, const std::optional<Appearance> &look = {}) {
+        const auto usual = pictures_of(model, options, look);
+        options.shading = Shading::lit;
+        const auto lit = pictures_of(model, options, look);
+        EXPECT_EQ(usual[0].colour == lit[0].colour, usual[1].colour == lit[1].colour);
+        EXPECT_EQ(usual[0].colour == lit[0].colour, usual[2].colour == lit[2].colour);
+        return usual[0].colour != lit[0].colour;
+    };
+    const Model model = coloured_ball();
+    EXPECT_TRUE(is_softened(model, {}));
+    EXPECT_FALSE(is_softened(smooth_ball(6, {}), {}));
+    EXPECT_FALSE(is_softened(model, {.point_colours = false}));
+    Model with_light = model;
+    with_light.parameters.lights = {{.direction = {0, 0, -1}}};
+    EXPECT_FALSE(is_softened(with_light, {}));
+    Appearance moved(model.parameters), shiny(model.parameters), fixed(model.parameters);
+    moved.lights[0].intensity = {1, 1, 1};
+    shiny.materials[0].ks = 0.9F;
+    fixed.lights_follow = LightsFollow::model;
+    for (const Appearance &look : {moved, shiny, fixed})
+        EXPECT_FALSE(is_softened(model, {}, look));
+    Model unlit = model; // as KHR_materials_unlit
+    unlit.parameters.materials[0] = {.ka = 1, .kd = 0, .ks = 0};
+    for (const Framebuffer &picture : pictures_of(unlit, {}))
+        EXPECT_EQ(picture.colour[40 * 80 + 40], pack_rgba({128, 90, 200, 255}));
 }
 
 TEST(Surroundings, ADamagedTileIsNamedAndShownFromACoarserLevel) {

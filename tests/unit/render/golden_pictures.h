@@ -70,6 +70,9 @@ inline Bytes coarse(const Framebuffer &picture) {
     return means;
 }
 
+// As when the first versions were frozen: colours took the light that everything takes.
+inline const RenderOptions kLook{.shading = Shading::lit};
+
 // A golden file with a fixed camera.
 class Scene {
   public:
@@ -90,13 +93,13 @@ class Scene {
     template <class Renderer, class... Own> Framebuffer draw(int threads, Own... own) const {
         Framebuffer picture(kWidth, kHeight);
         Renderer renderer(parameters(), streamed_.reader().header().chunk_points, threads, surroundings_);
-        renderer.render(detail_.runs, camera_, {}, picture, own...);
+        renderer.render(detail_.runs, camera_, kLook, picture, own...);
         return picture;
     }
 
     template <class Renderer> Framebuffer draw_whole(const Model &model) const {
         Framebuffer picture(kWidth, kHeight);
-        Renderer(model, surroundings_).render(camera_, {}, picture);
+        Renderer(model, surroundings_).render(camera_, kLook, picture);
         return picture;
     }
 

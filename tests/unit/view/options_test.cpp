@@ -63,8 +63,10 @@ TEST(LookAsOptions, NamesOptionsThatAreNotTheDefault) {
     look.samples = 3;
     look.depth_cue = DepthCue::ambient_occlusion;
     look.lights_follow = LightsFollow::model;
-    EXPECT_EQ(look_as_options(look), " --no-shadows --no-ground --light-follows=model --depth-cue=ambient-occlusion "
-                                     "--quality=fine --samples=3");
+    render.shading = Shading::unlit;
+    EXPECT_EQ(look_as_options(look),
+              " --no-shadows --no-ground --shading=unlit --light-follows=model --depth-cue=ambient-occlusion "
+              "--quality=fine --samples=3");
     LookOptions fewer;
     fewer.samples = 3;
     EXPECT_EQ(look_as_options(fewer), " --samples=3");
@@ -73,7 +75,11 @@ TEST(LookAsOptions, NamesOptionsThatAreNotTheDefault) {
     for (int value = 0; value < 256; ++value) {
         const auto byte = static_cast<std::uint8_t>(value);
         render.background = {byte, 7, static_cast<std::uint8_t>(255 - byte), 255};
-        EXPECT_EQ(*parse_colour(option(look_as_options(look), "background-color")), render.background);
+        render.background_below = value % 2 == 0 ? std::optional(Rgba8{1, byte, 2, 255}) : std::nullopt;
+        RenderOptions read;
+        EXPECT_TRUE(parse_background(option(look_as_options(look), "background-color"), read));
+        EXPECT_EQ(read.background, render.background);
+        EXPECT_EQ(read.background_below, render.background_below);
     }
 }
 

@@ -154,6 +154,11 @@ bool build_quality(Look &look) {
     }
     if (fine)
         changed |= ImGui::SliderInt("Samples", &options.samples, 1, kMaxSamples, "%d", ImGuiSliderFlags_AlwaysClamp);
+    int shading = static_cast<int>(options.render.shading);
+    if (ImGui::Combo("Light", &shading, "automatic\0lit\0none: colours alone\0")) {
+        options.render.shading = static_cast<Shading>(shading);
+        changed = true;
+    }
     int cue = static_cast<int>(look.depth_cue());
     if (ImGui::Combo("Depth cue", &cue, "none\0eye-dome\0ambient occlusion\0")) {
         options.depth_cue = static_cast<DepthCue>(cue);

@@ -67,6 +67,7 @@ std::vector<OverlayRow> help_rows(CameraMode mode) {
                                          {"X", "coordinates under the mouse"},
                                          {"K", "cut the model open: a plane, a box"},
                                          {"U", "another up axis"},
+                                         {"I", "light: automatic, lit, colours alone"},
                                          {"N", "other colours: fields, height, normal, plain"},
                                          {"C", mode == CameraMode::orbit ? "flying camera" : "target camera"},
                                          {"Space, F12", "save a picture"},

@@ -37,7 +37,7 @@ Error no_window(const std::string &what) {
             what + (why.empty() ? "" : ": " + why) + "; pbm-render draws without display and OpenGL"};
 }
 
-constexpr std::array<std::pair<int, Key>, 29> kKeys{{{GLFW_KEY_LEFT, Key::left},
+constexpr std::array<std::pair<int, Key>, 30> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_A, Key::left},
                                                      {GLFW_KEY_RIGHT, Key::right},
                                                      {GLFW_KEY_D, Key::right},
@@ -51,6 +51,7 @@ constexpr std::array<std::pair<int, Key>, 29> kKeys{{{GLFW_KEY_LEFT, Key::left},
                                                      {GLFW_KEY_ENTER, Key::reset},
                                                      {GLFW_KEY_U, Key::up_axis},
                                                      {GLFW_KEY_N, Key::colours},
+                                                     {GLFW_KEY_I, Key::shading},
                                                      {GLFW_KEY_C, Key::switch_camera},
                                                      {GLFW_KEY_B, Key::backs},
                                                      {GLFW_KEY_M, Key::measure},

@@ -25,6 +25,7 @@ enum class Key {
     reset,
     up_axis,
     colours,
+    shading,
     switch_camera,
     help,
     frame_time,
