@@ -82,7 +82,17 @@ struct FrameView {
     const PointShader &shader;
     const SurroundingsView &surroundings;
     Framebuffer &target;
+    std::span<ShownPoint> shown;
 };
+
+// The points of a row. `shown`: of the row's first pixel on.
+void name_points(const CoveredPixels &covered, PointIds ids, std::span<ShownPoint> shown) {
+    for (std::size_t i = 0; i < covered.count; ++i) {
+        const auto id = static_cast<std::uint32_t>(covered.id[i]);
+        shown[static_cast<std::size_t>(covered.x[i])] = {
+            static_cast<std::uint32_t>(ids.run(id)), static_cast<std::uint32_t>(ids.point(id)), PointIds::is_back(id)};
+    }
+}
 
 } // namespace
 
@@ -122,7 +132,8 @@ void FastRenderer::set_appearance(Appearance appearance) {
 }
 
 RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Camera &camera,
-                                      const RenderOptions &options, Framebuffer &target, const RowTasks &tasks) {
+                                      const RenderOptions &options, Framebuffer &target, const RowTasks &tasks,
+                                      std::span<ShownPoint> shown) {
     Frame &frame = *frame_;
     const Projection projection(in_unit_grid(camera, frame.parameters), target.width, target.height);
     const FrameGeometry geometry(projection, target.width, target.height);
@@ -153,7 +164,7 @@ RenderStatistics FastRenderer::render(std::span<const PointRun> runs, const Came
     lighting.shadowed = shader->shadowed();
     lighting.one_material = !frame.parameters.attributes.material;
     lighting.mirrors = shader->mirrors();
-    const FrameView view{options, geometry, appearance, lighting, *shader, surroundings, target};
+    const FrameView view{options, geometry, appearance, lighting, *shader, surroundings, target, shown};
     StripProgress progress(count);
     // Strips come first: when a task waits for one, another thread draws it.
     frame.pool->run(count + tasks.count, [&](std::size_t i, std::size_t thread) {
@@ -200,6 +211,8 @@ void FastRenderer::Frame::resolve(const DepthStrip &strip, const FrameView &view
                                                     : row_depths.data();
         const PixelRow to{colours, depths, width, edge};
         write_row(strip, y, pack_rgba(background_at(view.options, (y + 0.5) / target.height)), to, covered);
+        if (!view.shown.empty())
+            name_points(covered, runs.ids(), view.shown.subspan(row, width));
         reader.read(covered, y, shaded, points);
         if (!view.shader.has_shaded_normals())
             shade_points(view.lighting, {covered.x.data(), covered.depth.data(), static_cast<float>(y) + 0.5F}, points);

@@ -13,6 +13,7 @@
 #include "system/threads/thread_pool.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -28,6 +29,13 @@ struct RowTasks {
     std::function<int(std::size_t task)> end_row = {};
     // Called once per task, in any order, by thread number `thread` of the renderer's threads.
     std::function<void(std::size_t task, std::size_t thread)> run = {};
+};
+
+// The point that a pixel shows: its place in the runs of the picture.
+struct ShownPoint {
+    static constexpr std::uint32_t kNone = 0xFFFFFFFF;
+    std::uint32_t run = kNone, point = 0; // kNone: the pixel shows no point. `point`: of the run's chunk
+    bool back = false;                    // seen from behind its normal
 };
 
 class FastRenderer {
@@ -52,9 +60,10 @@ class FastRenderer {
     // The camera must be usable. The chunks of `runs` must be verified; if the bytes of a mapped file change later,
     // only the picture is wrong. Draws the first 2^31 / `chunk_points` runs, rounded down to a power of two.
     // Estimates surface offsets that were not estimated on loading. Runs each of `tasks` once the rows that it needs
-    // are finished. Only one thread at a time may call this function.
+    // are finished. Fills `shown`, [height][width], unless it is empty. Only one thread at a time may call this
+    // function.
     RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
-                            Framebuffer &target, const RowTasks &tasks = {});
+                            Framebuffer &target, const RowTasks &tasks = {}, std::span<ShownPoint> shown = {});
 
   private:
     struct Frame;

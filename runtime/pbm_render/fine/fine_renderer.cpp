@@ -86,6 +86,7 @@ struct FineRenderer::Frame {
     void read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel, SurfacePoint &to) const;
     void mirror(const Sample &sample, float screen_y, SurfaceRow &row) const;
     void add_row(int y, const Sample &sample, ThreadScratch &at);
+    Float4 behind_row(int y, const ColourTable &colours) const;
     void resolve_row(int y, const ColourTable &colours, Framebuffer &target) const;
 
     const ModelParameters &parameters;
@@ -179,6 +180,21 @@ void FineRenderer::resolve(Framebuffer &target) {
     const ColourTable colours;
     frame_->pool->run(static_cast<std::size_t>(target.height),
                       [&](std::size_t y, std::size_t) { frame_->resolve_row(static_cast<int>(y), colours, target); });
+}
+
+void FineRenderer::resolve(std::span<Float4> target) const {
+    const Frame &frame = *frame_;
+    const ColourTable colours;
+    const auto width = static_cast<std::size_t>(frame.picture->width);
+    const auto samples = static_cast<float>(frame.picture->samples);
+    for (int y = 0; y < frame.picture->height; ++y) {
+        const Float4 behind = frame.behind_row(y, colours);
+        const std::size_t start = static_cast<std::size_t>(y) * width;
+        for (std::size_t i = start; i < start + width; ++i) {
+            const Float4 sum = frame.sum_of_light[i];
+            target[i] = (sum + behind * (samples - sum[3])) / samples;
+        }
+    }
 }
 
 // Adds a sample to `rows` rows from row `top` on. Returns the number of points drawn.
@@ -346,14 +362,20 @@ void FineRenderer::Frame::add_row(int y, const Sample &sample, ThreadScratch &at
             first_depth[start + x] = around.coverage[x] >= 0.5F ? around.depth[x] : depths[x];
 }
 
+// What a sample that meets nothing adds to sums of light: the background, where it is plain.
+Float4 FineRenderer::Frame::behind_row(int y, const ColourTable &colours) const {
+    if (!picture->around.is_plain())
+        return Float4{};
+    const Rgba8 background = background_at(picture->options, (y + 0.5) / picture->height);
+    return (colours.linear(pack_rgba(background)) + Float4{0, 0, 0, 1}) * (static_cast<float>(background[3]) / 255);
+}
+
 void FineRenderer::Frame::resolve_row(int y, const ColourTable &colours, Framebuffer &target) const {
     const auto width = static_cast<std::size_t>(picture->width);
     const std::size_t start = static_cast<std::size_t>(y) * width;
     const std::uint32_t background = pack_rgba(background_at(picture->options, (y + 0.5) / picture->height));
     const auto samples = static_cast<float>(picture->samples);
-    const float background_alpha =
-        picture->around.is_plain() ? static_cast<float>(picture->options.background[3]) / 255 : 0;
-    const Float4 behind = (colours.linear(background & 0xFFFFFF) + Float4{0, 0, 0, 1}) * background_alpha;
+    const Float4 behind = behind_row(y, colours);
     for (std::size_t i = start; i < start + width; ++i) {
         const Float4 sum = sum_of_light[i];
         if (sum[3] <= 0) {

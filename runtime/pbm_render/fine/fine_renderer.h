@@ -72,6 +72,8 @@ class FineRenderer {
     int samples() const;
     // Writes the mean of the samples so far, at least one, to a picture like that of `begin`.
     void resolve(Framebuffer &target);
+    // The same in linear light: red, green and blue times alpha, and alpha, [height][width].
+    void resolve(std::span<Float4> target) const;
 
   private:
     struct Frame;

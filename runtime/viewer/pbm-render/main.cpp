@@ -51,6 +51,13 @@ struct Arguments {
     const VideoOptions &video() const { return choice.video; }
     bool wants_still() const { return !output.empty() || !depth_output.empty() || !page.empty(); }
     bool wants_picture() const { return wants_still() || bench > 0; }
+    bool wants_layers() const {
+        const auto known = form();
+        return !output.empty() && known && *known == PictureForm::exr;
+    }
+    bool wants_flat_picture() const {
+        return (!output.empty() && !wants_layers()) || !depth_output.empty() || !page.empty() || bench > 0;
+    }
     Motion motion() const { return wants_still() ? Motion::still : Motion::moving; } // of the picture
     LookOptions frame_look() const { return look_of(Motion::moving, view.look); }
     LookOptions picture_look() const { return look_of(motion(), view.look); }
@@ -131,8 +138,11 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
                                    "A scan is drawn as the model that pbm-build makes of it."};
     line.add("FILE", "Model to draw, or a scan", &arguments.input, {.required = true});
     line.topic = "Output";
-    line.add("-o,--output", "Picture to write, .png or .bmp; - for standard output (PNG)", &arguments.output,
-             {.type = "FILE"});
+    line.add(
+        "-o,--output",
+        "Picture to write, .png or .bmp; .exr: linear light with alpha, depth, position, normal, numbers of points; - "
+        "for standard output (PNG)",
+        &arguments.output, {.type = "FILE"});
     line.add("--depth-output", "PFM file of depths: distance along the view direction in model units, +inf where empty",
              &arguments.depth_output, {.type = "FILE"});
     line.add("--page",
@@ -193,6 +203,11 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
         return fail_usage("nothing to do: name a picture with -o, a video with --turntable or a page with --page");
     if (const auto form = arguments.form(); !form)
         return fail_usage(form.error().message);
+    RenderOptions &render = arguments.view.look.render;
+    if (arguments.wants_layers() && arguments.view.renderer == Renderer::reference)
+        return fail_usage("--renderer reference draws no .exr; leave it out");
+    if (arguments.wants_layers() && render.background == RenderOptions{}.background && !render.background_below)
+        render.background = {0, 0, 0, 0}; // alpha is coverage
     return std::nullopt;
 }
 
@@ -208,16 +223,12 @@ class Stopwatch {
 
 nlohmann::ordered_json look_json(const LookOptions &look) {
     const RenderOptions &render = look.render;
-    nlohmann::ordered_json json{{"quality", word_of(look.quality)},
-                                {"samples", look.quality == Quality::fine ? look.samples : 1},
-                                {"texture", render.texture},
-                                {"point_colours", render.point_colours},
-                                {"shading", word_of(render.shading)},
-                                {"shadows", render.shadows},
-                                {"panorama", render.panorama},
-                                {"ground", render.ground},
-                                {"reflections", render.reflections},
-                                {"depth_cue", word_of(look.depth_cue.value_or(DepthCue::none))}};
+    nlohmann::ordered_json json{
+        {"quality", word_of(look.quality)},   {"samples", look.quality == Quality::fine ? look.samples : 1},
+        {"texture", render.texture},          {"point_colours", render.point_colours},
+        {"shading", word_of(render.shading)}, {"shadows", render.shadows},
+        {"panorama", render.panorama},        {"ground", render.ground},
+        {"reflections", render.reflections},  {"depth_cue", word_of(look.depth_cue.value_or(DepthCue::none))}};
     if (look.colour_by)
         json["colour_by"] = look.colour_by->field;
     return json;
@@ -340,6 +351,27 @@ Result<BenchStatistics> bench(ModelDrawer &drawer, const Camera &first, int fram
     return statistics;
 }
 
+Status write_picture(const std::string &name, const Result<Bytes> &file) {
+    return file ? command_line::write_bytes(name, *file) : Status(file.error());
+}
+
+// Draws and writes a picture for programs that compose pictures. Returns the exit code on failure.
+std::optional<int> make_layers(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera,
+                               RunStatistics &statistics) {
+    const Stopwatch drawing;
+    const PictureLayers layers =
+        drawer.draw_layers(camera, arguments.view.resolution, arguments.motion(), statistics.drawn);
+    statistics.frame_ms = drawing.milliseconds();
+    statistics.cost = drawer.cost();
+    if (const Status whole = drawer.damage(); !whole)
+        return fail(arguments.input, whole.error());
+    const Stopwatch encoding;
+    if (const Status written = write_picture(arguments.output, encode_exr(layers)); !written)
+        return fail(arguments.output, written.error());
+    statistics.encode_ms = encoding.milliseconds();
+    return std::nullopt;
+}
+
 // Draws the picture with `threads` threads and writes its outputs. Returns the exit code on failure.
 std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera, int threads,
                                 RunStatistics &statistics) {
@@ -349,7 +381,8 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
     // On an opaque background every pixel is opaque: rows can be encoded before all of them are drawn.
     std::optional<PngBands> bands;
     RowTasks tasks;
-    if (!arguments.output.empty() && *arguments.form() == PictureForm::png && view.look.render.background[3] == 255) {
+    const bool is_picture = !arguments.output.empty() && *arguments.form() != PictureForm::exr;
+    if (is_picture && *arguments.form() == PictureForm::png && view.look.render.background[3] == 255) {
         bands.emplace(picture, true, threads);
         statistics.is_encoded_while_drawn = true;
         tasks = {.count = bands->count(),
@@ -363,7 +396,7 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
     if (const Status whole = drawer.damage(); !whole)
         return fail(arguments.input, whole.error());
 
-    if (!arguments.output.empty()) {
+    if (is_picture) {
         const Stopwatch encoding;
         const auto file = bands ? bands->finish() : encode_picture(picture, *arguments.form(), view.load.threads);
         if (!file)
@@ -373,7 +406,7 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
             return fail(command_line::output_name(arguments.output), written.error());
     }
     if (!arguments.depth_output.empty()) {
-        drawer.count_depths_from(camera, picture);
+        drawer.count_depths_from(camera, picture.depth);
         if (const Status written = command_line::write_bytes(arguments.depth_output, encode_depth_pfm(picture));
             !written)
             return fail(command_line::output_name(arguments.depth_output), written.error());
@@ -507,7 +540,10 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
             return command_line::fail(kProgram, command_line::output_name(name), open.error());
         sink = std::move(*open);
     }
-    if (arguments.wants_picture())
+    if (arguments.wants_layers())
+        if (const auto failed = make_layers(arguments, drawer, *camera, statistics))
+            return *failed;
+    if (arguments.wants_flat_picture())
         if (const auto failed = make_picture(arguments, drawer, *camera, pool->threads(), statistics))
             return *failed;
     if (sink)

@@ -79,11 +79,18 @@ RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, Mo
     return painter_->draw(detail.runs, camera, look_, motion, target, tasks);
 }
 
-void ModelDrawer::count_depths_from(const Camera &camera, Framebuffer &picture) const {
+PictureLayers ModelDrawer::draw_layers(const Camera &camera, glm::ivec2 size, Motion motion, RenderStatistics &drawn) {
+    const Detail detail = scene_->model.choose(view(camera, size, motion));
+    PictureLayers layers = painter_->draw_layers(detail.runs, camera, look_, motion, size, drawn);
+    count_depths_from(camera, layers.depth);
+    return layers;
+}
+
+void ModelDrawer::count_depths_from(const Camera &camera, std::span<float> depths) const {
     const auto distance = [](const Camera &from) { return glm::length(from.focal_point - from.position); };
     const double moved = distance(telecentric(camera, grid().edge())) - distance(camera);
     if (camera.orthographic)
-        for (float &depth : picture.depth)
+        for (float &depth : depths)
             depth = static_cast<float>(static_cast<double>(depth) - moved);
 }
 

@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -33,9 +34,12 @@ class ModelDrawer {
     Status load(const Camera &camera, glm::ivec2 size, Motion motion);
     // Draws what was loaded for this view, and runs `tasks`. See Painter.
     RenderStatistics draw(const Camera &camera, Framebuffer &target, Motion motion, const RowTasks &tasks = {});
+    // The same for programs that compose pictures; not with --renderer reference. Depths count from the camera's
+    // position.
+    PictureLayers draw_layers(const Camera &camera, glm::ivec2 size, Motion motion, RenderStatistics &drawn);
     // Turns the depths of a picture, which count from the eye, into distances from the camera's position along the view
     // direction. They differ if the camera is orthographic; what lies behind such a camera is drawn, too.
-    void count_depths_from(const Camera &camera, Framebuffer &picture) const;
+    void count_depths_from(const Camera &camera, std::span<float> depths) const;
 
     // The first error in rasters that pictures have read since the last call.
     Status damage() const;

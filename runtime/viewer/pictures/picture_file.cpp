@@ -25,8 +25,10 @@ Result<PictureForm> picture_form(const std::string &name) {
         return PictureForm::png;
     if (extension == ".bmp")
         return PictureForm::bmp;
+    if (extension == ".exr")
+        return PictureForm::exr;
     return Error{ErrorCode::usage, 0,
-                 name + ": pictures are PNG or BMP files; choose a name that ends with .png or .bmp"};
+                 name + ": pictures are PNG, BMP or EXR files; choose a name that ends with .png, .bmp or .exr"};
 }
 
 Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int threads) {

@@ -10,13 +10,15 @@
 
 namespace pbm {
 
-enum class PictureForm { png, bmp };
+enum class PictureForm { png, bmp, exr };
 
 // The format of the name's extension, in lower or upper case; PNG without one.
 //
 // errors  usage  another extension
 Result<PictureForm> picture_form(const std::string &name);
 
+// `form` is not exr, whose pictures are PictureLayers.
+//
 // errors  as encode_png and encode_bmp
 Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int threads = 1);
 

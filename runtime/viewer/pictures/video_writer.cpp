@@ -27,7 +27,7 @@ Result<Form> form_of(const std::string &output) {
         return Form::avi;
     if (extension == ".mp4" || extension == ".MP4")
         return Form::mp4;
-    if (!extension.empty() && picture_form(output)) {
+    if (const auto form = picture_form(output); !extension.empty() && form && *form != PictureForm::exr) {
         const auto names = parse_frame_names(output);
         return names ? Result<Form>(Form::pictures) : names.error();
     }

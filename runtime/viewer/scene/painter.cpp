@@ -1,12 +1,16 @@
 #include "viewer/scene/painter.h"
 
+#include "pbm_render/appearance/shade_table.h"
+#include "pbm_render/camera/normal_table.h"
 #include "pbm_render/shading/depth_cue.h"
 #include "system/threads/parallel.h"
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace pbm {
@@ -20,6 +24,41 @@ Renderer &with_appearance(Renderer &renderer, std::optional<Appearance> &last, c
         last = appearance;
     }
     return renderer;
+}
+
+// Normals and numbers of the points that pixels show.
+class PointNames {
+  public:
+    PointNames(std::span<const PointRun> runs, std::size_t materials) : runs_(runs), last_material_(materials - 1) {}
+
+    // `ray`: from the eye to the point.
+    std::array<float, 3> normal(const ShownPoint &shown, const glm::dvec3 &ray) const {
+        const std::uint16_t stored = runs_[shown.run].chunk->normals[shown.point];
+        const UnitVector &n = normal_table()[stored & kNormalIndexMask];
+        const bool two_sided = (stored & kTwoSidedBit) != 0;
+        const bool turned = shown.back || (two_sided && n[0] * ray.x + n[1] * ray.y + n[2] * ray.z > 0);
+        const float sign = turned ? -1.0F : 1.0F;
+        return {sign * static_cast<float>(n[0]), sign * static_cast<float>(n[1]), sign * static_cast<float>(n[2])};
+    }
+    PointNumbers numbers(const ShownPoint &shown) const {
+        const PointRun &run = runs_[shown.run];
+        const auto &materials = run.chunk->materials;
+        return {.level = static_cast<std::uint32_t>(run.level),
+                .material = materials.empty() ? 0
+                                              : static_cast<std::uint32_t>(
+                                                    std::min<std::size_t>(materials[shown.point], last_material_)),
+                .point = static_cast<std::uint32_t>(run.entry->first_point + shown.point + 1)};
+    }
+
+  private:
+    std::span<const PointRun> runs_;
+    std::size_t last_material_;
+};
+
+// What a fast picture knows of a pixel's colour: that of the pixel's centre.
+Float4 linear_of(std::uint32_t pixel, const ColourTable &colours) {
+    const float alpha = static_cast<float>(pixel >> 24) / 255;
+    return (colours.linear(pixel) + Float4{0, 0, 0, 1}) * alpha;
 }
 
 } // namespace
@@ -64,6 +103,39 @@ RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera
     add_legend(look.options.legend, target);
     pool().run(tasks.count, tasks.run); // cue and legend change rows until the end
     return drawn;
+}
+
+PictureLayers Painter::draw_layers(std::span<const PointRun> runs, const Camera &camera, const Look &look,
+                                   Motion motion, glm::ivec2 size, RenderStatistics &drawn) {
+    PictureLayers layers(size.x, size.y);
+    Framebuffer centres(size.x, size.y, true);
+    std::vector<ShownPoint> shown(centres.pixels());
+    drawn = fast(appearance(look)).render(runs, camera, look.options.render, centres, {}, shown);
+    if (draws_fine(look.options.quality, motion)) {
+        begin_fine(runs, camera, look, size.x, size.y);
+        for (int sample = 0; sample < look.options.samples; ++sample)
+            drawn = fine_->add_sample();
+        fine_->resolve(layers.colour);
+    } else {
+        const ColourTable colours;
+        std::transform(centres.colour.begin(), centres.colour.end(), layers.colour.begin(),
+                       [&](std::uint32_t pixel) { return linear_of(pixel, colours); });
+    }
+
+    const Projection projection(telecentric(camera, scene_.drawn.grid.edge()), size.x, size.y);
+    const PointNames names(runs, scene_.drawn.materials.size());
+    for (std::size_t at = 0; at < centres.pixels(); ++at) {
+        const auto depth = static_cast<double>(layers.depth[at] = centres.depth[at]);
+        if (depth == std::numeric_limits<double>::infinity())
+            continue;
+        const glm::dvec3 ray = projection.ray(centres.centre(at)), place = projection.eye + depth * ray;
+        layers.position[at] = {static_cast<float>(place.x), static_cast<float>(place.y), static_cast<float>(place.z)};
+        if (shown[at].run == ShownPoint::kNone)
+            continue; // the ground plane
+        layers.normal[at] = names.normal(shown[at], ray);
+        layers.numbers[at] = names.numbers(shown[at]);
+    }
+    return layers;
 }
 
 void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, int width,

@@ -6,8 +6,11 @@
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/surroundings/surroundings.h"
 #include "system/threads/thread_pool.h"
+#include "viewer/pictures/exr_writer.h"
 #include "viewer/scene/look.h"
 #include "viewer/scene/scene.h"
+
+#include <glm/vec2.hpp>
 
 #include <atomic>
 #include <memory>
@@ -28,6 +31,10 @@ class Painter {
     // Draws fast, whatever the quality in `look`.
     RenderStatistics draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                Framebuffer &target, const RowTasks &tasks = {});
+
+    // Draws the same picture for programs that compose pictures: without depth cue and legend, which they can add.
+    PictureLayers draw_layers(std::span<const PointRun> runs, const Camera &camera, const Look &look, Motion motion,
+                              glm::ivec2 size, RenderStatistics &drawn);
 
     // Draws a fine picture sample by sample, see FineRenderer; `target` must have the size given to `begin_fine`.
     void begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, int width, int height);
