@@ -118,8 +118,8 @@ PictureLayers Painter::draw_layers(std::span<const PointRun> runs, const Camera 
         fine_->resolve(layers.colour);
     } else {
         const ColourTable colours;
-        std::transform(centres.colour.begin(), centres.colour.end(), layers.colour.begin(),
-                       [&](std::uint32_t pixel) { return linear_of(pixel, colours); });
+        for (std::size_t at = 0; at < centres.pixels(); ++at)
+            layers.colour[at] = linear_of(centres.colour[at], colours);
     }
 
     const Projection projection(telecentric(camera, scene_.drawn.grid.edge()), size.x, size.y);
