@@ -84,6 +84,30 @@ inline void add_fields(Model &model) {
     average_fields(model, 1);
 }
 
+// Gives every third point of the levels above 0 two sides of any values, all points of level 1.
+inline void add_sides(Model &model) {
+    Random random(8);
+    const AttributeSet &set = model.parameters.attributes;
+    for (std::size_t level = 1; level < model.levels.size(); ++level) {
+        Sides &sides = model.levels[level].sides;
+        for (std::uint32_t i = 0; i < model.levels[level].points.size(); i += level == 1 ? 1 : 3)
+            sides.points.push_back(i);
+        sides.values.resize(2 * sides.size(), set);
+        sides.values.radii.clear();
+        for (std::size_t i = 0; i < 2 * sides.size(); ++i)
+            sides.values.normals[i] = static_cast<std::uint16_t>(random.below(kNormalCount));
+        for (std::uint8_t &value : sides.values.colours)
+            value = static_cast<std::uint8_t>(random.below(256));
+        for (std::uint8_t &value : sides.values.materials)
+            value = static_cast<std::uint8_t>(random.below(model.parameters.materials.size()));
+        for (std::uint8_t &value : sides.values.textures)
+            value = static_cast<std::uint8_t>(random.below(256));
+        for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
+            for (std::uint8_t &value : sides.values.shadows[light])
+                value = static_cast<std::uint8_t>(random.below(std::uint64_t{1} << set.shadow_bits[light][level]));
+    }
+}
+
 // Every attribute there is; light 0 has 1-bit flags at the finest level and 4-bit fractions above, light 1 8 bits.
 inline AttributeSet every_attribute(ColourFormat colour, int depth) {
     AttributeSet set{.colour = colour, .material = true, .texture = true, .lights = 2, .shadow_bits = {}};
