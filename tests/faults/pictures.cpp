@@ -3,6 +3,7 @@
 #include "pbm_format/chunks/mapped_chunk.h"
 #include "pbm_format/reading/side_reader.h"
 #include "pbm_render/bricks/round_points.h"
+#include "pbm_render/camera/normal_table.h"
 #include "unit/support/value_of.h"
 
 #include <algorithm>
@@ -54,7 +55,7 @@ std::vector<std::vector<Sides>> decode_sides_of(Reader &reader) {
 bool are_second_sides(const PointRun &run, const Sides &sides) {
     bool same = run.chunk->normals.size() == sides.size();
     for (std::size_t i = 0; same && i < sides.size(); ++i)
-        same = run.origins[i] == sides.points[i] && run.chunk->normals[i] == sides.values.normals[2 * i + 1];
+        same = run.origins[i] == sides.points[i] && run.chunk->normals[i] == (sides.values.normals[2 * i + 1] | kNoBackBit);
     return same;
 }
 
@@ -68,6 +69,8 @@ void show_first_sides(const Sides &sides, const AttributeSet &set, PointAttribut
                     to[width * sides.points[i] + k] = from[2 * width * i + k];
         },
         points, sides.values);
+    for (const std::uint32_t point : sides.points)
+        points.normals[point] |= kNoBackBit;
 }
 
 std::vector<std::shared_ptr<const TiledImage>> rasters(const TiledImages &images) {

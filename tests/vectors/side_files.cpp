@@ -44,9 +44,11 @@ Collection::Edit set_in_entry(std::size_t field, std::uint32_t value) {
     return [=](FileEditor &file) { file.set<std::uint32_t>(file.section(stream_directory, kOfLevel1) + field, value); };
 }
 
-// A packed file of few chunks, the sides of one of which are said to take one stored byte.
+// A packed file whose finest level is one chunk, the sides of which are said to take one stored byte.
 Bytes swollen_file() {
-    FileEditor editor(value_of(encode_model(model_with_sides(), {.threads = 1})));
+    Model model = sphere_model(kSideDepth, {}, 0.45);
+    add_sides(model);
+    FileEditor editor(value_of(encode_model(model, {.threads = 1})));
     const std::size_t directory = editor.section(stream_directory, kOfFinest);
     editor.set<std::uint32_t>(directory + 8, 1U << 31 | 1U);
     editor.set<std::uint32_t>(directory + 12, 2 * kMaxExpansion);
@@ -77,7 +79,7 @@ void add_side_files(Collection &files) {
     };
     add("3.2.7-kind-0-of-point-streams", set_entry<std::uint32_t>(stream_directory, kOfLevel1, 8, 1));
     add("19.1.1-critical", set_entry<std::uint16_t>(stream_values, kOfLevel1, 6, 1));
-    add("19.1.2-no-values", set_entry<std::uint32_t>(stream_values, kOfFinest, 0, 44));
+    add("19.1.2-no-values", set_entry<std::uint32_t>(stream_values, kOfFinest, 0, 250));
     add("19.2.1-too-short", [](FileEditor &file) {
         file.shorten(stream_directory, kOfFinest, kPointStreamEntryBytes, kPointStreamEntryBytes);
     });
@@ -92,7 +94,10 @@ void add_side_files(Collection &files) {
     add("19.4.1-empty-mask", set_value(0, 0));
     add("19.4.1-other-size", set_value(0, 1));
     add("19.4.2-two-sided", set_value(2, 0x20));
-    add("19.4.3-cone", [](FileEditor &file) { file.set<std::int16_t>(file.chunk(1) + 38, -32766); });
+    add("19.4.3-cone", [](FileEditor &file) {
+        file.set<std::uint16_t>(file.chunk(1) + 36, 0x155); // along x: no normal is opposite
+        file.set<std::int16_t>(file.chunk(1) + 38, -32766);
+    });
 }
 
 } // namespace pbm::test

@@ -64,11 +64,11 @@ std::vector<MortonCode> with_sides(const Sides &sides, const AttributeSet &set, 
     return all;
 }
 
-class PointStream {
+class LevelStream {
   public:
     // `fields`: of a file that has some, with the directories of the levels; or null. `sides`: with that of the wanted
     // level.
-    PointStream(Reader &reader, const FieldReader *fields, const SideReader &sides, const StreamOptions &options,
+    LevelStream(Reader &reader, const FieldReader *fields, const SideReader &sides, const StreamOptions &options,
                 const PointSink &sink)
         : reader_(reader), fields_(fields), sides_(sides), options_(options), sink_(sink) {}
 
@@ -215,7 +215,7 @@ Status stream_points(Reader &reader, const StreamOptions &options, const PointSi
     std::size_t batch = 2 * threads;
     while (batch > 1 && memory(batch, std::min(batch, threads)) > options.max_memory)
         --batch;
-    return PointStream(reader, fields ? &*fields : nullptr, sides, options, sink)
+    return LevelStream(reader, fields ? &*fields : nullptr, sides, options, sink)
         .run(std::move(directories), {options.level, static_cast<int>(std::min(batch, threads)), batch});
 }
 

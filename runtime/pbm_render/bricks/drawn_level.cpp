@@ -1,6 +1,10 @@
 #include "pbm_render/bricks/drawn_level.h"
 
+#include "pbm_render/camera/normal_table.h"
+
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 namespace pbm {
 
@@ -32,6 +36,14 @@ DrawnLevel::DrawnLevel(const Model &model, int level)
     const PointAttributes &of_all = has_sides() ? both_ : points;
     values_ = drawn_ = view_points(of_all, 0, of_all.size(), set);
     mark_round_points(drawn_, model.parameters, level, round_);
+    if (!has_sides())
+        return;
+    std::vector<std::uint16_t> normals(drawn_.normals.begin(), drawn_.normals.end());
+    for (std::size_t i = 0; i < sides_.size(); ++i)
+        for (const std::size_t side : {std::size_t{sides_.points[i]}, count_ + i})
+            normals[side] |= kNoBackBit;
+    round_.normals = std::move(normals);
+    drawn_.normals = round_.normals;
 }
 
 std::optional<std::size_t> DrawnLevel::second(std::size_t point) const {

@@ -2,6 +2,7 @@
 
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/chunks/side_chunk.h"
+#include "pbm_render/camera/normal_table.h"
 
 #include <algorithm>
 
@@ -119,6 +120,10 @@ void split_sides(Sides sides, const AttributeSet &set, int level, std::span<Bric
         }
     }
     bound_bricks(to.masks, to.view.normals, to.view.radii, to.bricks);
+    for (std::size_t i = 0; i < count; ++i) {
+        to.first.points.normals[to.points[i]] |= kNoBackBit;
+        to.second.points.normals[i] |= kNoBackBit;
+    }
     to.view.masks = to.masks;
     to.view.bricks = to.bricks;
 }

@@ -1,5 +1,5 @@
 // Chunks with sides (BVG.md 19.4) as they are drawn: points that stand for a thin wall show one of its sides in place,
-// and their other sides are a chunk of their own. Each side is a point that is seen from one side.
+// and their other sides are a chunk of their own. A side has no back (kNoBackBit), since the other one lies there.
 #pragma once
 
 #include "pbm_format/chunks/chunk.h"

@@ -141,6 +141,7 @@ struct NearPoints {
     Vector u, v, w;
     IntVector packed, offset;
     Vector radius;
+    IntVector stored; // normals
 };
 
 // Destinations of a brick's points: of those that face the eye, and of those that face away; null: leaves them out.
@@ -159,13 +160,14 @@ HWY_INLINE std::size_t add_near(const StripRun &at, const NearPoints &points, st
     const Floats d;
     const Ints di;
     std::array<float, kLaneNumbers.size()> u, v, w, radii;
-    std::array<std::int32_t, kLaneNumbers.size()> packed, offsets;
+    std::array<std::int32_t, kLaneNumbers.size()> packed, offsets, stored;
     hn::StoreU(points.u, d, u.data());
     hn::StoreU(points.v, d, v.data());
     hn::StoreU(points.w, d, w.data());
     hn::StoreU(points.radius, d, radii.data());
     hn::StoreU(points.packed, di, packed.data());
     hn::StoreU(points.offset, di, offsets.data());
+    hn::StoreU(points.stored, di, stored.data());
     for (unsigned bits = mask_bits(points.is_near); bits != 0; bits &= bits - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
         const glm::vec3 point((u[lane] - frame.middle_x * w[lane]) * frame.inverse_focal,
@@ -173,7 +175,7 @@ HWY_INLINE std::size_t add_near(const StripRun &at, const NearPoints &points, st
         const PointNormal normal = unpack_normal(packed[lane]);
         const bool is_back = !normal.two_sided && glm::dot(normal.axis, point) > kFacingSlack * glm::length(point);
         FacingPoints *const side = is_back ? to.backs : to.fronts;
-        if (side == nullptr)
+        if (side == nullptr || (is_back && (stored[lane] & kNoBackBit) != 0))
             continue;
         float inset = 0;
         if (!normal.two_sided)
@@ -275,7 +277,8 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const VisibleBrick
                 !hn::AllFalse(d, is_near)) [[unlikely]] {
                 const Vector u = project(brick.u, step_x.x, step_y.x, step_z.x),
                              v = project(brick.v, step_x.y, step_y.y, step_z.y);
-                at_home += add_near<kPlaced>(at, {is_near, u, v, w, packed, offset, radius}, points.first_id + i, to);
+                at_home +=
+                    add_near<kPlaced>(at, {is_near, u, v, w, packed, offset, radius, stored}, points.first_id + i, to);
             }
             keep = hn::And(keep, is_far);
             const Vector reach = rows_to_border(at, enlarged, radius, normal.ray_y, inverse);
@@ -305,9 +308,12 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const VisibleBrick
         };
         if (!kBacks || to.fronts != nullptr)
             append(hn::And(keep, faces), id, *to.fronts, fronts);
-        if constexpr (kBacks)
-            if (const Mask away = hn::AndNot(faces, keep); !hn::AllFalse(d, away))
+        if constexpr (kBacks) {
+            const auto have_backs = hn::Eq(hn::And(stored, hn::Set(di, kNoBackBit)), hn::Zero(di));
+            const Mask away = hn::And(hn::AndNot(faces, keep), hn::RebindMask(d, have_backs));
+            if (!hn::AllFalse(d, away))
                 append(away, hn::Or(id, hn::Set(di, static_cast<std::int32_t>(PointIds::kBackBit))), *to.backs, backs);
+        }
     }
     if (!kBacks || to.fronts != nullptr)
         to.fronts->count = fronts;

@@ -120,51 +120,9 @@ TEST(Sides, AnEditLeavesUnknownPointStreamsOut) {
     EXPECT_EQ(after.header().minor, 0);
 }
 
-// A wall of one layer of voxels across z in the middle of the cube, red above and blue below; each node of coarser
-// levels has both sides. `two_layers`: of two layers, one of each colour, so that the finest points are one-sided.
-Model wall(bool two_layers) {
-    constexpr int kWallDepth = 4;
-    Model model;
-    model.metadata = "{}";
-    model.parameters.grid.depth = kWallDepth;
-    model.parameters.attributes.colour = ColourFormat::rgb888;
-    model.parameters.materials.resize(1);
-    const AttributeSet &set = model.parameters.attributes;
-    std::vector<std::array<std::uint32_t, 3>> places;
-    std::vector<MortonCode> codes;
-    for (std::uint32_t x = 0; x < 16; ++x)
-        for (std::uint32_t y = 0; y < 16; ++y)
-            for (std::uint32_t z = 8; z < (two_layers ? 10U : 9U); ++z)
-                codes.push_back(morton_encode(x, y, z));
-    std::sort(codes.begin(), codes.end());
-    PointAttributes points;
-    points.resize(codes.size(), set);
-    Sides sides;
-    sides.values.resize(two_layers ? 0 : 2 * codes.size(), set);
-    sides.values.radii.clear();
-    const std::uint16_t up = quantise_normal(0, 0, 1), down = quantise_normal(0, 0, -1);
-    const Rgb8 red{220, 40, 40}, blue{40, 40, 220};
-    for (std::size_t i = 0; i < codes.size(); ++i) {
-        const bool is_above = morton_decode(codes[i])[2] == 9;
-        points.normals[i] = two_layers ? (is_above ? up : down) : static_cast<std::uint16_t>(up | kTwoSidedBit);
-        points.radii[i] = 190;
-        set_point_colour(points, i, set.colour, two_layers ? (is_above ? red : blue) : Rgb8{160, 40, 160});
-        if (two_layers)
-            continue;
-        sides.points.push_back(static_cast<std::uint32_t>(i));
-        sides.values.normals[2 * i] = up;
-        sides.values.normals[2 * i + 1] = down;
-        set_point_colour(sides.values, 2 * i, set.colour, red);
-        set_point_colour(sides.values, 2 * i + 1, set.colour, blue);
-    }
-    set_levels(model, std::move(codes), std::move(points), 1);
-    model.levels.back().sides = std::move(sides);
-    return model;
-}
-
 TEST(Sides, CoarserLevelsHaveThoseOfThePointsBelow) {
     for (const bool two_layers : {false, true}) {
-        Model model = wall(two_layers);
+        Model model = thin_wall(two_layers);
         gather_sides(model, 1);
         EXPECT_EQ(model.levels[0].sides.size(), 0U);
         EXPECT_EQ(model.levels.back().sides.size(), two_layers ? 0U : 256U);
@@ -178,7 +136,7 @@ TEST(Sides, CoarserLevelsHaveThoseOfThePointsBelow) {
                           is_up ? (Rgb8{220, 40, 40}) : (Rgb8{40, 40, 220}));
             }
         }
-        Model threads = wall(two_layers);
+        Model threads = thin_wall(two_layers);
         gather_sides(threads, 3);
         EXPECT_TRUE(threads == model);
         EXPECT_TRUE(validate(encoded(model), {.level = ValidationLevel::deep}).valid());
@@ -186,7 +144,7 @@ TEST(Sides, CoarserLevelsHaveThoseOfThePointsBelow) {
 }
 
 TEST(Sides, SidesThatLookAlikeAreLeftOut) {
-    Model model = wall(false);
+    Model model = thin_wall(false);
     for (std::size_t i = 0; i < model.levels.back().sides.size(); ++i)
         for (std::size_t side = 0; side < 2; ++side)
             set_point_colour(model.levels.back().sides.values, 2 * i + side, ColourFormat::rgb888, {160, 40, 160});
@@ -197,7 +155,7 @@ TEST(Sides, SidesThatLookAlikeAreLeftOut) {
 
 // An edge of 90 degrees is one surface.
 TEST(Sides, ACreaseHasNone) {
-    Model model = wall(true);
+    Model model = thin_wall(true);
     for (std::size_t i = 0; i < model.point_count(); ++i) {
         std::uint16_t &normal = model.levels.back().points.normals[i];
         if (normal == quantise_normal(0, 0, -1))
