@@ -55,7 +55,7 @@ std::vector<std::vector<Sides>> decode_sides_of(Reader &reader) {
 bool are_second_sides(const PointRun &run, const Sides &sides) {
     bool same = run.chunk->normals.size() == sides.size();
     for (std::size_t i = 0; same && i < sides.size(); ++i)
-        same = run.origins[i] == sides.points[i] && run.chunk->normals[i] == (sides.values.normals[2 * i + 1] | kNoBackBit);
+        same = run.origins[i] == sides.points[i] && run.chunk->normals[i] == (sides.values.normals[2 * i + 1] | kSideBits);
     return same;
 }
 
@@ -70,7 +70,7 @@ void show_first_sides(const Sides &sides, const AttributeSet &set, PointAttribut
         },
         points, sides.values);
     for (const std::uint32_t point : sides.points)
-        points.normals[point] |= kNoBackBit;
+        points.normals[point] |= kSideBits;
 }
 
 std::vector<std::shared_ptr<const TiledImage>> rasters(const TiledImages &images) {

@@ -41,7 +41,7 @@ DrawnLevel::DrawnLevel(const Model &model, int level)
     std::vector<std::uint16_t> normals(drawn_.normals.begin(), drawn_.normals.end());
     for (std::size_t i = 0; i < sides_.size(); ++i)
         for (const std::size_t side : {std::size_t{sides_.points[i]}, count_ + i})
-            normals[side] |= kNoBackBit;
+            normals[side] |= kSideBits;
     round_.normals = std::move(normals);
     drawn_.normals = round_.normals;
 }

@@ -18,7 +18,7 @@ class DrawnLevel {
 
     // The level's points, of which those with sides have their first one, and then the second sides.
     const PointView &values() const { return values_; }
-    // The same with the normals and radii that round points are drawn with, and kNoBackBit of sides.
+    // The same with the normals and radii that round points are drawn with, and kSideBits of sides.
     const PointView &drawn() const { return drawn_; }
 
     bool has_sides() const { return sides_.size() > 0; }

@@ -121,8 +121,8 @@ void split_sides(Sides sides, const AttributeSet &set, int level, std::span<Bric
     }
     bound_bricks(to.masks, to.view.normals, to.view.radii, to.bricks);
     for (std::size_t i = 0; i < count; ++i) {
-        to.first.points.normals[to.points[i]] |= kNoBackBit;
-        to.second.points.normals[i] |= kNoBackBit;
+        to.first.points.normals[to.points[i]] |= kSideBits;
+        to.second.points.normals[i] |= kSideBits;
     }
     to.view.masks = to.masks;
     to.view.bricks = to.bricks;

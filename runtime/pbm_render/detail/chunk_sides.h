@@ -1,5 +1,5 @@
 // Chunks with sides (BVG.md 19.4) as they are drawn: points that stand for a thin wall show one of its sides in place,
-// and their other sides are a chunk of their own. A side has no back (kNoBackBit), since the other one lies there.
+// and their other sides are a chunk of their own. A side is drawn where it faces the eye alone (kSideBit).
 #pragma once
 
 #include "pbm_format/chunks/chunk.h"

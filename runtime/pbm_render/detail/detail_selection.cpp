@@ -198,7 +198,8 @@ void Selector::draw(const ResidentChunk &chunk, ChunkPlace place, std::uint32_t 
                         .level = place.level,
                         .first = first,
                         .last = last,
-                        .offsets = &chunk.offsets});
+                        .offsets = &chunk.offsets,
+                        .has_sides = chunk.sides != nullptr});
     sides_.resize(runs.size());
     sides_.back() = chunk.sides.get();
     has_sides_ |= chunk.sides != nullptr;
@@ -222,7 +223,8 @@ void Selector::add_second_sides() {
                                        .first = first,
                                        .last = last,
                                        .offsets = &sides_[i]->offsets,
-                                       .origins = sides_[i]->points.data()});
+                                       .origins = sides_[i]->points.data(),
+                                       .has_sides = true});
     }
 }
 

@@ -61,6 +61,7 @@ struct SplatNormal {
     Vector x, y, z;
     Vector ray_x, ray_y; // from the eye through the point, depth 1
     Vector facing;       // cosine between normal and ray, times the ray's length
+    Vector turn;         // the sign bit if the normal was turned, else 0
     Mask two_sided;
 };
 
@@ -83,6 +84,7 @@ HWY_INLINE SplatNormal splat_normal(const FrameGeometry &frame, IntVector packed
     n.y = hn::Xor(n.y, turn);
     n.z = hn::Xor(n.z, turn);
     n.facing = hn::Xor(facing, turn);
+    n.turn = turn;
     return n;
 }
 
@@ -175,7 +177,7 @@ HWY_INLINE std::size_t add_near(const StripRun &at, const NearPoints &points, st
         const PointNormal normal = unpack_normal(packed[lane]);
         const bool is_back = !normal.two_sided && glm::dot(normal.axis, point) > kFacingSlack * glm::length(point);
         FacingPoints *const side = is_back ? to.backs : to.fronts;
-        if (side == nullptr || (is_back && (stored[lane] & kNoBackBit) != 0))
+        if (side == nullptr || ((stored[lane] & kSideBit) != 0 && glm::dot(normal.axis, point) > 0))
             continue;
         float inset = 0;
         if (!normal.two_sided)
@@ -258,6 +260,10 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const VisibleBrick
         const SplatNormal normal = splat_normal(frame, packed, pixel_x, pixel_y, false);
         const Mask faces = hn::Le(normal.facing, set(slack));
         Mask keep = hn::FirstN(d, points.end - i);
+        if (run.run->has_sides) [[unlikely]] {
+            const auto turned = hn::And(hn::ShiftRight<16>(hn::BitCast(di, normal.turn)), stored);
+            keep = hn::And(keep, hn::RebindMask(d, hn::Eq(hn::And(turned, hn::Set(di, kSideBit)), hn::Zero(di))));
+        }
         if (!points.cuts.empty()) [[unlikely]]
             for (const BrickCut &cut : points.cuts)
                 keep = hn::And(keep, hn::Ge(project(cut.first, cut.step_x, cut.step_y, cut.step_z), hn::Zero(d)));
@@ -308,12 +314,9 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const VisibleBrick
         };
         if (!kBacks || to.fronts != nullptr)
             append(hn::And(keep, faces), id, *to.fronts, fronts);
-        if constexpr (kBacks) {
-            const auto have_backs = hn::Eq(hn::And(stored, hn::Set(di, kNoBackBit)), hn::Zero(di));
-            const Mask away = hn::And(hn::AndNot(faces, keep), hn::RebindMask(d, have_backs));
-            if (!hn::AllFalse(d, away))
+        if constexpr (kBacks)
+            if (const Mask away = hn::AndNot(faces, keep); !hn::AllFalse(d, away))
                 append(away, hn::Or(id, hn::Set(di, static_cast<std::int32_t>(PointIds::kBackBit))), *to.backs, backs);
-        }
     }
     if (!kBacks || to.fronts != nullptr)
         to.fronts->count = fronts;
