@@ -16,9 +16,10 @@ constexpr double kLeastLength = 0.5, kMostCosine = -0.5;
 // The smaller side has at least this share of a node.
 constexpr std::uint64_t kLeastShare = 8; // one part of so many
 // Sides that look less different than this are left out: their point shows both.
-constexpr int kLeastColour = 12;     // of 255, one channel
-constexpr int kLeastLit = 64;        // of 255
-constexpr double kOpposite = -0.866; // cosine: normals that one two-sided point stands for
+constexpr int kLeastColour = 24; // of 255, one channel
+constexpr int kLeastLit = 64;    // of 255
+// A level has none if fewer points would have some: parts of many models come close to each other somewhere.
+constexpr std::size_t kLeastSides = 64, kLeastOfLevel = 2000; // points; one of so many points
 
 double dot(const std::array<std::int64_t, 3> &a, const std::array<std::int64_t, 3> &b) {
     return static_cast<double>(a[0]) * static_cast<double>(b[0]) +
@@ -229,11 +230,6 @@ class SideGatherer {
     // Whether the sides `2 i` and `2 i + 1` differ so much that one point cannot stand for both.
     static bool look_different(const PointAttributes &sides, std::size_t i, const AttributeSet &set, int level) {
         const std::size_t a = 2 * i, b = a + 1;
-        const IntegerNormal &n = integer_normal_table()[sides.normals[a]],
-                            &m = integer_normal_table()[sides.normals[b]];
-        if (n[0] * static_cast<double>(m[0]) + n[1] * static_cast<double>(m[1]) + n[2] * static_cast<double>(m[2]) >
-            kOpposite * 32767 * 32767)
-            return true;
         if (set.colour != ColourFormat::none) {
             const Rgb8 one = point_colour(sides.colours, a, set.colour),
                        other = point_colour(sides.colours, b, set.colour);
@@ -323,6 +319,9 @@ void gather_sides(Model &model, int threads) {
             append_sides(of_subtree[level], set, to);
     }
     keep_different(set, depth, model.levels.back().sides);
+    for (Level &level : model.levels)
+        if (level.sides.size() < std::max<std::size_t>(kLeastSides, level.points.size() / kLeastOfLevel))
+            level.sides = {};
 }
 
 } // namespace pbm

@@ -52,15 +52,15 @@ double two_coloured(const Model &model, std::size_t level) {
 
 TEST(BuiltSides, FacesInOnePlaceKeepBothColoursAtEveryLevel) {
     const Model model = built(card(1e-4), at_depth(7));
-    for (std::size_t level = 2; level < model.levels.size(); ++level)
+    for (std::size_t level = 4; level < model.levels.size(); ++level)
         EXPECT_GT(two_coloured(model, level), 0.9) << level;
 }
 
 TEST(BuiltSides, AWallOfSomeVoxelsHasSidesAtCoarserLevelsAlone) {
-    const Model model = built(card(0.03), at_depth(7)); // 3.8 voxels
+    const Model model = built(card(0.03), at_depth(8)); // 7.7 voxels
+    EXPECT_EQ(model.levels[8].sides.size(), 0U);
     EXPECT_EQ(model.levels[7].sides.size(), 0U);
-    EXPECT_EQ(model.levels[6].sides.size(), 0U);
-    for (const std::size_t level : {2U, 3U, 4U})
+    for (const std::size_t level : {4U, 5U})
         EXPECT_GT(two_coloured(model, level), 0.9) << level;
 }
 

@@ -128,7 +128,8 @@ TEST(Sides, CoarserLevelsHaveThoseOfThePointsBelow) {
         EXPECT_EQ(model.levels.back().sides.size(), two_layers ? 0U : 256U);
         for (std::size_t level = 1; level < model.levels.size() - 1; ++level) {
             const Sides &sides = model.levels[level].sides;
-            ASSERT_EQ(sides.size(), model.levels[level].points.size()) << level;
+            // None where they would be fewer than 64.
+            ASSERT_EQ(sides.size(), level < 3 ? 0U : model.levels[level].points.size()) << level;
             for (std::size_t i = 0; i < 2 * sides.size(); ++i) {
                 const bool is_up = normal_table()[sides.values.normals[i]][2] > 0.99;
                 EXPECT_TRUE(is_up || normal_table()[sides.values.normals[i]][2] < -0.99);

@@ -69,7 +69,7 @@ TEST(DrawnSides, TheSideThatFacesTheEyeIsSeen) {
             model.parameters.closed = closed;
             gather_sides(model, 1);
             for (const auto &[name, draw] : kSideRenderers)
-                for (int level = 2; level <= model.parameters.grid.depth; ++level)
+                for (int level = 3; level <= model.parameters.grid.depth; ++level)
                     for (const bool above : {false, true}) {
                         SCOPED_TRACE(name + ", level " + std::to_string(level) + (above ? ", above" : ", below"));
                         const Framebuffer target = draw(model, camera_beside_wall(above), level);
