@@ -12,7 +12,6 @@
 namespace pbm {
 namespace {
 
-constexpr float kLift = 0.25F;         // voxels
 constexpr float kRayOffsetSteps = 127; // of a voxel
 constexpr float kLayerSteps = 64;      // the same
 constexpr float kFarthestLayer = 2;    // voxels: splats of farther layers do not show through
@@ -73,8 +72,8 @@ std::int8_t quantise(float offset) {
 
 } // namespace
 
-ShadowRays::ShadowRays(const ShadowCasters &casters, const TriangleTree &triangles, int threads)
-    : casters_(casters), triangles_(triangles), offsets_(casters.size()) {
+ShadowRays::ShadowRays(const ShadowCasters &casters, const TriangleTree &triangles, int threads, float lift)
+    : casters_(casters), triangles_(triangles), lift_(lift), offsets_(casters.size()) {
     const auto bricks = casters.bricks();
     const std::size_t count = bricks.size() - 1;
     std::atomic<bool> complete = !triangles.empty();
@@ -110,7 +109,7 @@ bool ShadowRays::reached(const Start &from, const LightPlace &light) const {
     const bool away = dot(from.normal, way.direction) < -kMinCosine;
     if (away && !from.two_sides)
         return false;
-    const Position start = away ? raised(from.back, from.normal, -kLift) : raised(from.front, from.normal, kLift);
+    const Position start = away ? raised(from.back, from.normal, -lift_) : raised(from.front, from.normal, lift_);
     const Way rest = way_to(light, start);
     return !triangles_.blocks(start, rest.direction, rest.length);
 }

@@ -72,8 +72,11 @@ class TriangleTree {
 
 class ShadowRays {
   public:
+    static constexpr float kLift = 0.25F; // voxels
+
     // `casters` and `triangles` must outlive this object.
-    ShadowRays(const ShadowCasters &casters, const TriangleTree &triangles, int threads);
+    // `lift`, voxels: how far off the surface the rays start.
+    ShadowRays(const ShadowCasters &casters, const TriangleTree &triangles, int threads, float lift = kLift);
 
     // Whether every point lies on a triangle of its voxel. Otherwise the model is more than these triangles, and rays
     // would pass through the rest of it.
@@ -85,7 +88,7 @@ class ShadowRays {
     // For each point of a block, counts the parts of a light that a ray reaches, from the side of the point that faces
     // the light; 0 if that is the back of a point without two sides. Parts are
     // lights without size, in an order that spreads the first of them well: where those agree, the others are skipped.
-    // A ray starts a quarter of a voxel off the surface, along the point's normal: voxels do not hold lower relief.
+    // A ray starts `lift` off the surface, along the point's normal: voxels do not hold relief lower than kLift.
     // The surface is the position on the triangles nearest to the voxel's centre. Where scans overlap in layers up to
     // two voxels apart, it is the outermost layer, which is what is seen.
     void vote(std::size_t block, std::span<const LightPlace> parts, std::span<std::uint8_t> votes) const;
@@ -103,6 +106,7 @@ class ShadowRays {
 
     const ShadowCasters &casters_;
     const TriangleTree &triangles_;
+    const float lift_;
     std::vector<Offset> offsets_; // [points]
     bool complete_ = true;
 };

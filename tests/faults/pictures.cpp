@@ -1,7 +1,9 @@
 #include "pictures.h"
 
 #include "pbm_format/chunks/mapped_chunk.h"
+#include "pbm_format/reading/side_reader.h"
 #include "pbm_render/bricks/round_points.h"
+#include "pbm_render/camera/normal_table.h"
 #include "unit/support/value_of.h"
 
 #include <algorithm>
@@ -30,6 +32,47 @@ std::vector<std::vector<Chunk>> decode_all(ByteView file) {
     return levels;
 }
 
+// The sides of the points of each chunk.
+std::vector<std::vector<Sides>> decode_sides_of(Reader &reader) {
+    std::vector<std::vector<Sides>> levels(1);
+    SideReader sides(reader);
+    for (int level = 1; level <= reader.depth(); ++level) {
+        const LevelDirectory &directory = *value_of(reader.directory(level));
+        levels.emplace_back(directory.chunks.size());
+        if (!sides.read_directory(directory))
+            std::abort(); // the golden file is damaged
+        for (std::size_t i = 0; i < directory.chunks.size(); ++i)
+            if (const PointStreamEntry entry = sides.entry(level, i); entry.raw_bytes > 0) {
+                const HeldBytes stored = value_of(reader.source().require(entry.range()));
+                if (!sides.load(level, i, directory.chunks[i], stored.bytes, levels.back()[i]))
+                    std::abort();
+            }
+    }
+    return levels;
+}
+
+// Whether a run of second sides is that of a chunk.
+bool are_second_sides(const PointRun &run, const Sides &sides) {
+    bool same = run.chunk->normals.size() == sides.size();
+    for (std::size_t i = 0; same && i < sides.size(); ++i)
+        same = run.origins[i] == sides.points[i] && run.chunk->normals[i] == (sides.values.normals[2 * i + 1] | kSideBits);
+    return same;
+}
+
+// Gives points with sides the first one.
+void show_first_sides(const Sides &sides, const AttributeSet &set, PointAttributes &points) {
+    for_columns(
+        set,
+        [&](const StreamInfo &, std::size_t width, auto &to, const auto &from) {
+            for (std::size_t i = 0; i < sides.size() && !from.empty(); ++i)
+                for (std::size_t k = 0; k < width; ++k)
+                    to[width * sides.points[i] + k] = from[2 * width * i + k];
+        },
+        points, sides.values);
+    for (const std::uint32_t point : sides.points)
+        points.normals[point] |= kSideBits;
+}
+
 std::vector<std::shared_ptr<const TiledImage>> rasters(const TiledImages &images) {
     std::vector<std::shared_ptr<const TiledImage>> all{images.panorama, images.ground_texture};
     all.insert(all.end(), images.ground_lit.begin(), images.ground_lit.end());
@@ -41,7 +84,7 @@ std::vector<std::shared_ptr<const TiledImage>> rasters(const TiledImages &images
 Pictures::Pictures(const Golden &golden)
     : golden_(golden), reader_(value_of(Reader::open(golden.bytes))),
       view_(whole_view(bounds_of(golden.bytes), value_of(Reader::open(golden.bytes)).parameters().grid.up)),
-      whole_(value_of(show(golden.bytes, view_))), chunks_(decode_all(golden.bytes)),
+      whole_(value_of(show(golden.bytes, view_))), chunks_(decode_all(golden.bytes)), sides_(decode_sides_of(reader_)),
       whole_picture_(draw(whole_, view_).colour) {
     directories_.push_back(nullptr);
     for (int level = 1; level <= reader_.depth(); ++level)
@@ -58,12 +101,16 @@ bool Pictures::same_chunks(const Shown &shown) const {
         });
         if (chunk == directory.chunks.end() || chunk->shape != run.entry->shape || chunk->cone != run.entry->cone)
             return false;
-        Chunk drawn; // as decoded, but for round points
+        const auto level = static_cast<std::size_t>(run.level);
+        const auto index = static_cast<std::size_t>(chunk - directory.chunks.begin());
+        if (run.origins != nullptr)
+            return are_second_sides(run, sides_[level][index]);
+        Chunk drawn; // as decoded, but for sides and round points
         copy_chunk(*run.chunk, set, run.level, drawn);
-        const Chunk &whole =
-            chunks_[static_cast<std::size_t>(run.level)][static_cast<std::size_t>(chunk - directory.chunks.begin())];
+        const Chunk &whole = chunks_[level][index];
         PointAttributes points = whole.points;
-        PointView view = view_points(whole.points, 0, points.size(), set);
+        show_first_sides(sides_[level][index], set, points);
+        PointView view = view_points(points, 0, points.size(), set);
         RoundPoints round;
         mark_round_points(view, reader_.parameters(), run.level, round);
         if (!round.normals.empty()) {

@@ -33,6 +33,7 @@ class Pictures {
     DetailView view_;
     Shown whole_;
     std::vector<std::vector<Chunk>> chunks_; // [level][chunk], decoded
+    std::vector<std::vector<Sides>> sides_;  // of these chunks
     Picture whole_picture_;
     std::map<std::uint64_t, Picture> expected_; // by begin of the region
 };

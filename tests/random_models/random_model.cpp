@@ -211,6 +211,32 @@ void add_random_fields(Random &random, Model &model) {
     }
 }
 
+// Sides of any points of some levels.
+void add_random_sides(Random &random, Model &model) {
+    const AttributeSet &set = model.parameters.attributes;
+    for (std::size_t level = 1; level < model.levels.size(); ++level) {
+        if (once_in(random, 3))
+            continue;
+        const std::size_t points = model.levels[level].points.size();
+        PointAttributes values = random_points(random, std::vector<MortonCode>(2 * points), static_cast<int>(level),
+                                               set, model.parameters.materials.size());
+        Sides &sides = model.levels[level].sides;
+        const std::uint64_t share = 1 + random.below(9);
+        for (std::uint32_t i = 0; i < points; ++i)
+            if (once_in(random, share))
+                sides.points.push_back(i);
+        for_columns(
+            set,
+            [&](const StreamInfo &stream, std::size_t width, auto &to, auto &from) {
+                if (stream.kind != StreamKind::radius)
+                    to.assign(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(2 * width * sides.size()));
+            },
+            sides.values, values);
+        for (std::uint16_t &normal : sides.values.normals)
+            normal &= kNormalIndexMask;
+    }
+}
+
 } // namespace
 
 Model random_model(Random &random, std::size_t max_points) {
@@ -233,6 +259,8 @@ Model random_model(Random &random, std::size_t max_points) {
     if (once_in(random, 3))
         add_random_fields(random, model);
     average_fields(model, 1);
+    if (once_in(random, 3))
+        add_random_sides(random, model);
     if (once_in(random, 2))
         add_random_ground(random, model);
     if (once_in(random, 3)) {

@@ -13,6 +13,7 @@ from pathlib import Path
 import xxhash
 
 import fields
+import point_streams
 import rasters
 from averages import Sums, root_record
 from header import (ATTRIBUTES, CHUNKS, DIRECTORY, GRID, GROUND, LIGHTS, MATERIALS, METADATA, RASTERS, SHAPES, TEXTURE, check_hashes,
@@ -86,6 +87,7 @@ def read(data, max_nodes=None, validates=True):
         check_hashes(m, lambda t: t == CHUNKS)
     m.rasters = [(e, rasters.read(m, e)) for e in m.entries if e.type in RASTERS]
     fields.read_values(m)
+    point_streams.read(m)
     if validates:
         check_whole(m)
     return m
@@ -113,6 +115,9 @@ def summary(m):
         yield f"  field {f.name!r}: {f.offset:g} + {f.scale:g} x (stored - 1) {f.unit}, {f.bytes} bytes, average {f.average}"
     for level, chunks in enumerate(m.directories[1:], 1):
         yield f"  level {level}: {len(m.levels[level].codes):,} points in {len(chunks):,} chunks"
+    for level, sides in enumerate(m.sides):
+        if sides:
+            yield f"  level {level}: {len(sides.points):,} points with two sides"
     for e, (width, height, *_) in m.rasters:
         yield f"  raster {e.type}, {e.instance}: {width} x {height}"
 

@@ -22,7 +22,7 @@ from values import INTEGER_NORMALS, K, LINEAR, RADII, normal_index
 HERE = Path(__file__).resolve().parent
 SPEC = HERE / "../../format_spec/BVG.md"
 VALID = HERE / "../../format_spec/vectors/valid"
-DECODER = ("bvg", "header", "parameters", "levels", "streams", "bricks", "rasters",
+DECODER = ("bvg", "header", "parameters", "levels", "streams", "bricks", "point_streams", "rasters",
            "fields")
 LENGTHS = (0, 1, 4, 9, 17, 129, 241, 1025, 4096)        # one for each branch of XXH3
 LONGEST = 120

@@ -22,7 +22,7 @@ from pathlib import Path
 
 try:
     import bvg
-    from header import BRICKS, CHUNKS, DIRECTORY, RASTERS
+    from header import BRICKS, CHUNKS, DIRECTORY, RASTERS, STREAM_DIRECTORY, STREAM_VALUES
     from streams import xxh3
 except ModuleNotFoundError as missing:
     print(f"skipped: the Python package {missing.name} is missing (python3-zstandard, python3-xxhash)")
@@ -60,6 +60,13 @@ def repair(data, m):
         for number, (part, _) in enumerate(tiles):
             hash_range(data, e.offset + 32 + 16 * number, part.offset, part.offset + part.stored)
         hash_range(data, e.offset, e.offset + 8, e.offset + 32 + 16 * len(tiles))
+    for e in m.entries:
+        if e.type == STREAM_DIRECTORY:
+            offset = m.section[STREAM_VALUES, e.instance].offset
+            for at in range(e.offset, e.offset + e.stored, 16):
+                size = struct.unpack_from("<I", m.data, at + 8)[0] & 0xFFFFFF
+                hash_range(data, at, offset, offset + size)
+                offset += size
     for e in m.entries:
         hash_range(data, e.at + 56, e.offset, e.offset + e.stored)
     hash_range(data, 112, 128, 128 + 64 * m.sections)

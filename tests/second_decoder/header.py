@@ -10,6 +10,7 @@ MAGIC = b"\x89BVG\r\n\x1a\n"
 METADATA, GRID, ATTRIBUTES, MATERIALS, LIGHTS, TEXTURE, GROUND, DIRECTORY, CHUNKS, BRICKS = 1, 2, 3, 4, 5, 6, 7, 16, 17, 18
 FIELDS, FIELD_DIRECTORY, FIELD_VALUES = 8, 40, 41       # 17.1
 SHAPES = 10                                             # 18.1
+STREAM_DIRECTORY, STREAM_VALUES = 42, 43                # 19.1
 RASTERS = (rasters.GROUND_TEXTURE, rasters.GROUND_LIT, rasters.PANORAMA)
 PLACES = {DIRECTORY: 0, BRICKS: 1, CHUNKS: 2}           # 3.2.2: the sections of a level
 EXPANSION = 32768                                       # section 10: raw bytes per stored byte
@@ -52,8 +53,9 @@ def check_entry(m, e, before, end):
     def rule(condition, field, number, code="bad_table"):
         need(condition, code, e.at + field, number)
     levels = e.type in PLACES or e.type in (FIELD_DIRECTORY, FIELD_VALUES)
-    coded = e.type in (CHUNKS, FIELD_VALUES) or e.type in RASTERS
-    known = e.type in range(1, 9) or e.type == SHAPES or levels or e.type in RASTERS
+    of_points = e.type in (STREAM_DIRECTORY, STREAM_VALUES)
+    coded = e.type in (CHUNKS, FIELD_VALUES, STREAM_VALUES) or e.type in RASTERS
+    known = e.type in range(1, 9) or e.type == SHAPES or levels or of_points or e.type in RASTERS
     most = 7 if e.type == rasters.GROUND_LIT else 0
     rule(e.zero == 0, 20, "3.2.1")
     rule(before is None or key(before) < key(e), 0, "3.2.2")
@@ -62,7 +64,10 @@ def check_entry(m, e, before, end):
     rule(e.flags & ~1 == 0, 6, "3.2.6")
     rule(e.type not in (FIELDS, FIELD_DIRECTORY, FIELD_VALUES) or not e.flags & 1, 6, "17.1.3")
     rule(e.type != SHAPES or not e.flags & 1, 6, "18.1.1")
-    rule(not known or (1 <= e.instance <= m.depth if levels else e.instance <= most), 8, "3.2.7")
+    rule(not of_points or not e.flags & 1, 6, "19.1.1")
+    kind = e.instance >> 8
+    rule(not of_points or 1 <= kind <= 255 and 1 <= e.instance & 255 <= m.depth, 8, "3.2.7")
+    rule(not known or of_points or (1 <= e.instance <= m.depth if levels else e.instance <= most), 8, "3.2.7")
     rule(power_of_two(e.alignment, 8, 65536), 16, "3.2.8")
     rule(e.codec != 0 or e.raw == e.stored, 40, "3.2.9")
     rule(e.raw < EXPANSION * (e.stored + 1), 40, "3.2.10", "too_large")
@@ -97,6 +102,8 @@ def read_table(m):
     need(all((t, level) in m.section for t in of_levels for level in range(1, m.depth + 1)), "bad_table", 128, "3.1.8")
     of_fields = [(t, level) in m.section for t in (FIELD_DIRECTORY, FIELD_VALUES) for level in range(1, m.depth + 1)]
     need(set(of_fields) == {(FIELDS, 0) in m.section}, "bad_table", 128, "17.1.1")
+    directories, values = ({i for t, i in m.section if t == of} for of in (STREAM_DIRECTORY, STREAM_VALUES))
+    need(directories == values, "bad_table", 128, "19.1.2")
 
 def need_zeros(m, first, end, code, rule):
     """Padding is zero; the offset of the error is that of the first byte which is not."""

@@ -69,6 +69,10 @@ std::vector<ValidFile> valid_surroundings_files();
 void add_field_files(Collection &files);
 std::vector<ValidFile> valid_field_files();
 
+// Files whose points have sides: side_files.cpp.
+void add_side_files(Collection &files);
+std::vector<ValidFile> valid_side_files();
+
 // Files of few points: small_files.cpp.
 void add_small_files(Collection &files);
 std::vector<ValidFile> valid_small_files();

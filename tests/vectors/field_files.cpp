@@ -87,7 +87,7 @@ void add_field_files(Collection &files) {
     const auto add = [&](const std::string &name, const Collection::Edit &edit) {
         files.add(name, fields_file(), edit);
     };
-    add("17.1.1-no-values", set_entry<std::uint32_t>(field_values, kFieldDepth, 0, 42));
+    add("17.1.1-no-values", set_entry<std::uint32_t>(field_values, kFieldDepth, 0, 250));
     add("17.1.2-not-announced", set<std::uint64_t>(48, 0));
     add("17.1.3-critical", set_entry<std::uint16_t>(field_directory, 2, 6, 1));
     add("17.2.1-no-whole-record", shorten(fields, 8, 8));

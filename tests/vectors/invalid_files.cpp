@@ -476,7 +476,7 @@ std::vector<ValidFile> valid_files() {
         {"mapped-chunks.pbvg", mapped_chunks_file()},
         {"two-sided.pbvg", two_sided_file()}};
     files.insert(files.end(), others.begin(), others.end());
-    for (const std::vector<ValidFile> &more : {valid_small_files(), valid_field_files()})
+    for (const std::vector<ValidFile> &more : {valid_small_files(), valid_field_files(), valid_side_files()})
         files.insert(files.end(), more.begin(), more.end());
     return files;
 }
@@ -491,6 +491,7 @@ std::vector<InvalidFile> invalid_files() {
     add_surroundings_files(files);
     add_small_files(files);
     add_field_files(files);
+    add_side_files(files);
     return files.take();
 }
 

@@ -89,7 +89,10 @@ std::optional<Failure> write_points(const Arguments &arguments, Reader &reader, 
         const Result<const LevelDirectory *> directory = reader.directory(outcome.level);
         if (!directory)
             return Failure{input, directory.error()};
-        count = (*directory)->points;
+        const Result<std::uint64_t> second_sides = count_sides(reader, outcome.level);
+        if (!second_sides)
+            return Failure{input, second_sides.error()};
+        count = (*directory)->points + *second_sides;
     }
     const Result<PlyPoints> ply = PlyPoints::of(reader, outcome.level, count, arguments.format);
     if (!ply)

@@ -30,11 +30,47 @@ std::vector<Bytes> root_values(const FieldReader *fields) {
     return values;
 }
 
-class PointStream {
+// Puts both sides of the points that have some in their place. Returns the codes of all points then.
+std::vector<MortonCode> with_sides(const Sides &sides, const AttributeSet &set, std::span<const Field> fields,
+                                   std::span<const MortonCode> codes, ChunkWithFields &chunk) {
+    const auto spread = [&](std::size_t width, auto &column, const auto &of_sides) {
+        auto from = std::move(column);
+        column = {};
+        std::size_t next = 0;
+        for (std::size_t i = 0; i * width < from.size(); ++i) {
+            const auto at = from.begin() + static_cast<std::ptrdiff_t>(i * width);
+            const bool is_sided = next < sides.size() && sides.points[next] == i;
+            if (is_sided && !of_sides.empty()) {
+                const auto side = of_sides.begin() + static_cast<std::ptrdiff_t>(2 * width * next);
+                column.insert(column.end(), side, side + static_cast<std::ptrdiff_t>(2 * width));
+            } else {
+                for (int times = is_sided ? 2 : 1; times > 0; --times)
+                    column.insert(column.end(), at, at + static_cast<std::ptrdiff_t>(width));
+            }
+            next += is_sided ? 1 : 0;
+        }
+    };
+    std::vector<MortonCode> all(codes.begin(), codes.end());
+    spread(1, all, std::vector<MortonCode>());
+    for_columns(
+        set,
+        [&](const StreamInfo &, std::size_t width, auto &column, const auto &of_sides) {
+            if (width > 0)
+                spread(width, column, of_sides);
+        },
+        chunk.points, sides.values);
+    for (std::size_t f = 0; f < chunk.fields.size(); ++f)
+        spread(fields[f].bytes, chunk.fields[f], Bytes());
+    return all;
+}
+
+class LevelStream {
   public:
-    // `fields`: of a file that has some, with the directories of the levels; or null.
-    PointStream(Reader &reader, const FieldReader *fields, const StreamOptions &options, const PointSink &sink)
-        : reader_(reader), fields_(fields), options_(options), sink_(sink) {}
+    // `fields`: of a file that has some, with the directories of the levels; or null. `sides`: with that of the wanted
+    // level.
+    LevelStream(Reader &reader, const FieldReader *fields, const SideReader &sides, const StreamOptions &options,
+                const PointSink &sink)
+        : reader_(reader), fields_(fields), sides_(sides), options_(options), sink_(sink) {}
 
     Status run(std::vector<const LevelDirectory *> directories, const WalkLimits &limits) {
         const auto chunks = static_cast<double>(directories.back()->chunks.size());
@@ -78,6 +114,16 @@ class PointStream {
             chunk.masks, entry.shape.points);
         if (!codes)
             return codes.error();
+        if (is_last && sides_.entry(walked.level, walked.index).raw_bytes > 0) {
+            const PointStreamEntry of_sides = sides_.entry(walked.level, walked.index);
+            const Result<HeldBytes> stored = reader_.source().require(of_sides.range());
+            if (!stored)
+                return stored.error();
+            Sides sides;
+            if (Status status = sides_.load(walked.level, walked.index, entry, stored->bytes, sides); !status)
+                return status;
+            *codes = with_sides(sides, reader_.parameters().attributes, reader_.parameters().fields, *codes, chunk);
+        }
         if (is_last)
             walked.data.rows = sink_.encode({*codes, chunk.points, chunk.fields});
         else
@@ -102,6 +148,7 @@ class PointStream {
 
     Reader &reader_;
     const FieldReader *fields_;
+    const SideReader &sides_;
     const StreamOptions &options_;
     const PointSink &sink_;
 };
@@ -133,6 +180,7 @@ Status stream_points(Reader &reader, const StreamOptions &options, const PointSi
         const std::vector<MortonCode> codes{0};
         return sink.write(sink.encode({codes, root, root_values(fields ? &*fields : nullptr)}));
     }
+    SideReader sides(reader);
     std::uint64_t fixed = 0;
     std::vector<const LevelDirectory *> directories{nullptr};
     for (int level = 1; level <= options.level; ++level) {
@@ -145,14 +193,17 @@ Status stream_points(Reader &reader, const StreamOptions &options, const PointSi
         if (Status read = fields ? fields->read_directory(**directory) : Status(); !read)
             return read;
     }
+    if (Status read = sides.read_directory(*directories.back()); !read)
+        return read;
     // Rows of the wanted level and chunks of the levels above it, and for each thread the points twice (stored and
     // decoded) with their codes.
+    const std::uint64_t twice = sides.has(options.level) ? 2 : 1; // points with sides are two rows
     const auto memory = [&](std::size_t batch, std::size_t threads) {
-        std::uint64_t sum = fixed + 2 * threads * chunk_bytes(reader);
+        std::uint64_t sum = fixed + 2 * twice * threads * chunk_bytes(reader);
         for (const LevelDirectory *directory : directories)
             if (directory != nullptr)
                 sum += ChunkWalk<ChunkData>::batch_of(*directory, batch) *
-                       (directory == directories.back() ? sink.row_bytes * reader.header().chunk_points
+                       (directory == directories.back() ? twice * sink.row_bytes * reader.header().chunk_points
                                                         : chunk_bytes(reader));
         return sum;
     };
@@ -164,7 +215,7 @@ Status stream_points(Reader &reader, const StreamOptions &options, const PointSi
     std::size_t batch = 2 * threads;
     while (batch > 1 && memory(batch, std::min(batch, threads)) > options.max_memory)
         --batch;
-    return PointStream(reader, fields ? &*fields : nullptr, options, sink)
+    return LevelStream(reader, fields ? &*fields : nullptr, sides, options, sink)
         .run(std::move(directories), {options.level, static_cast<int>(std::min(batch, threads)), batch});
 }
 

@@ -3,6 +3,7 @@
 
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/side_reader.h"
 
 #include <functional>
 #include <span>
@@ -10,7 +11,7 @@
 namespace pbm {
 
 struct PointBlock {
-    std::span<const MortonCode> codes; // Morton codes of the points, ascending
+    std::span<const MortonCode> codes; // Morton codes of the points, ascending; both sides of a wall have the same
     const PointAttributes &points;     // [codes.size()]
     std::span<const Bytes> fields;     // [fields of the file]: stored values
 };
@@ -29,7 +30,8 @@ struct PointSink {
     std::function<void(double)> progress = {};       // receives 0..1 between blocks; may be empty
 };
 
-// Decodes each chunk of `level` once, and those of the levels above for their masks; verifies each before use.
+// Decodes each chunk of `level` once, and those of the levels above for their masks; verifies each before use. A point
+// with sides (BVG.md 19.4) is two points, one after the other.
 //
 // errors  memory  a single block needs more than max_memory
 //         those of the reader and of `write`, after which nothing more is written

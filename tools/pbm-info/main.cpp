@@ -8,6 +8,7 @@
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/side_reader.h"
 #include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
@@ -56,8 +57,9 @@ struct FileSizes {
     std::vector<LevelSize> levels;
     std::vector<StreamSize> streams; // over all levels
     std::vector<RasterSize> rasters;
-    std::uint64_t counted_bytes = 0; // of the file without its panorama; base of bits per point
-    std::uint64_t round_points = 0;  // of the finest level
+    std::uint64_t counted_bytes = 0;                     // of the file without its panorama; base of bits per point
+    std::uint64_t round_points = 0;                      // of the finest level
+    std::uint64_t points_with_sides = 0, side_bytes = 0; // of all levels
 };
 
 } // namespace pbm::info_program
@@ -236,6 +238,7 @@ json to_json(const std::string &path, const Reader &reader, const FileSizes &siz
         {"colour", colour_name(parameters.attributes.colour)},
         {"closed", parameters.closed},
         {"round_points", sizes.round_points},
+        {"points_with_sides", sizes.points_with_sides},
         {"content_id", hexadecimal(header.content_id)},
         {"materials", parameters.materials},
         {"lights", lights_to_json(reader)},
@@ -352,6 +355,10 @@ void print_text(const std::string &path, const Reader &reader, const FileSizes &
               << "colour      " << colour_name(parameters.attributes.colour) << '\n'
               << (parameters.closed ? "surface     closed\n" : "")
               << (sizes.round_points > 0 ? "round       " + std::to_string(sizes.round_points) + " points\n" : "")
+              << (sizes.points_with_sides > 0
+                      ? "two sides   " + std::to_string(sizes.points_with_sides) + " points of all levels, " +
+                            std::to_string(sizes.side_bytes) + " bytes\n"
+                      : "")
               << "materials   " << parameters.materials.size() << ", lights " << parameters.lights.size() << '\n';
     print_shading(parameters);
     print_fields(reader);
@@ -385,6 +392,19 @@ Result<std::uint64_t> count_round_points(Reader &reader) {
                              ids.begin(), ids.end(), [&](std::uint8_t id) { return is_round(materials[id]); }));
 }
 
+Status measure_sides(Reader &reader, FileSizes &sizes) {
+    for (LevelSize &level : sizes.levels) {
+        const SectionEntry *const values =
+            reader.section(SectionType::stream_values, instance_of(PointStream::sides, level.level));
+        const Result<std::uint64_t> count = count_sides(reader, level.level);
+        if (!count)
+            return count.error();
+        sizes.points_with_sides += *count;
+        sizes.side_bytes += values == nullptr ? 0 : values->stored_bytes;
+    }
+    return {};
+}
+
 int fail(const std::string &path, const Error &error) { return command_line::fail("pbm-info", path, error); }
 
 int run(int argc, char **argv) {
@@ -415,6 +435,8 @@ int run(int argc, char **argv) {
     if (!round)
         return fail(path, round.error());
     sizes->round_points = *round;
+    if (const Status measured = measure_sides(*reader, *sizes); !measured)
+        return fail(path, measured.error());
     if (json_path.empty()) {
         if (verbosity != command_line::Verbosity::quiet)
             print_text(path, *reader, *sizes);

@@ -2,8 +2,10 @@
 
 #include "pbm_format/checking/model_walk.h"
 #include "pbm_format/checking/raster_rules.h"
+#include "pbm_format/chunks/side_chunk.h"
 #include "pbm_format/container/content_id.h"
 #include "pbm_format/container/file_rules.h"
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 #include <utility>
@@ -62,6 +64,8 @@ class FileWalk {
         if (entry.type == SectionType::ground_lit)
             return std::string(to_string(entry.type)) + " " + std::to_string(entry.instance);
         const SectionTraits *const traits = traits_of(entry.type);
+        if (traits != nullptr && traits->is_point_stream)
+            return "level " + std::to_string(entry.instance % kStreamKinds) + " " + std::string(traits->name);
         const bool of_level = traits != nullptr && traits->is_of_level;
         return (of_level ? "level " + std::to_string(entry.instance) + " " : "") + std::string(to_string(entry.type));
     }
@@ -187,6 +191,7 @@ class FileWalk {
         }
         const std::vector<Raster> rasters = read_raster_directories();
         const Status fields = read_field_directories();
+        const Status sides = read_side_directories();
         ModelWalk walk(file_, {.threads = options_.threads,
                                .max_memory = addressable(options_.max_memory),
                                .stops_at_fault = stops_,
@@ -207,6 +212,7 @@ class FileWalk {
         check_rasters(rasters, walk);
         if (!is_incomplete_)
             report_fields(walk, fields);
+        check_sides(sides);
         if (!is_incomplete_)
             check_whole(walk, rasters);
     }
@@ -235,6 +241,50 @@ class FileWalk {
             file_.field_directories.push_back(std::move(directory).value());
         }
         return {};
+    }
+
+    // The same for the sides of points. Kinds of point streams that this version does not know are ignored.
+    Status read_side_directories() {
+        file_.side_directories.resize(file_.directories.size());
+        for (std::uint32_t level = 1; level < file_.directories.size(); ++level) {
+            const std::uint32_t instance = instance_of(PointStream::sides, static_cast<int>(level));
+            const SectionEntry *const entry = find(SectionType::stream_directory, instance);
+            if (entry == nullptr)
+                continue;
+            Result<std::vector<PointStreamEntry>> directory = decode_stream_directory(
+                stored(*entry), file_.directories[level], *find(SectionType::stream_values, instance));
+            if (!directory) {
+                Error error = std::move(directory).error();
+                error.offset += entry->offset;
+                if (is_changed(*entry))
+                    continue;
+                return error;
+            }
+            file_.side_directories[level] = std::move(directory).value();
+        }
+        return {};
+    }
+
+    // The sides of each chunk depend on no other.
+    void check_sides(const Status &directories) {
+        if (!directories)
+            fault(directories.error(), name_at(directories.error().offset));
+        for (std::size_t level = 1; level < file_.side_directories.size(); ++level) {
+            const std::vector<PointStreamEntry> &entries = file_.side_directories[level];
+            std::vector<Status> checked(entries.size());
+            parallel_for(entries.size(), options_.threads, [&](std::size_t i) {
+                const ChunkRules rules{.set = parameters().attributes,
+                                       .material_count = parameters().materials.size(),
+                                       .level = static_cast<int>(level),
+                                       .finest = static_cast<int>(level) == header().depth};
+                Sides sides;
+                checked[i] = decode_sides(entries[i], stored(entries[i].range()), file_.directories[level].chunks[i],
+                                          rules, sides);
+            });
+            for (std::size_t i = 0; i < checked.size(); ++i)
+                if (!checked[i])
+                    fault(checked[i].error(), name_at(entries[i].offset), static_cast<std::int64_t>(i));
+        }
     }
 
     void fault_of_directory(Error error, const SectionEntry &entry) {

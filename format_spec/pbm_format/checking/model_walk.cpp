@@ -319,6 +319,12 @@ ChunkPath ModelWalk::path_to(const Walked &chunk, const Chunk &decoded, std::spa
     return path;
 }
 
+// Such a chunk has no normal cone (19.4.3).
+bool ModelWalk::has_sides(const Walked &chunk) const {
+    const std::vector<PointStreamEntry> &sides = file_.side_directories[static_cast<std::size_t>(chunk.level)];
+    return !sides.empty() && sides[chunk.index].raw_bytes > 0;
+}
+
 bool ModelWalk::take(std::span<Walked> chunks) {
     const int level = chunks.front().level;
     std::vector<Refusal> &refused = refused_[static_cast<std::size_t>(level)];
@@ -340,7 +346,7 @@ bool ModelWalk::take(std::span<Walked> chunks) {
             continue;
         if (options_.advice) {
             used_.add(data.used);
-            if (data.narrowest.cosine > chunk.entry->cone.cosine)
+            if (data.narrowest.cosine > chunk.entry->cone.cosine && !has_sides(chunk))
                 loose_cones_.push_back({level, chunk.index, chunk.entry->cone.cosine, data.narrowest.cosine});
         }
         if (is_finest(chunk))

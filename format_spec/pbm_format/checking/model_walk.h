@@ -6,6 +6,7 @@
 #include "pbm_format/checking/tree_rules.h"
 #include "pbm_format/chunks/chunk_walk.h"
 #include "pbm_format/chunks/mapped_chunk.h"
+#include "pbm_format/container/point_streams.h"
 #include "pbm_format/hashes/unordered_hash.h"
 #include "pbm_format/law/catalogue.h"
 
@@ -19,9 +20,10 @@ struct OpenedFile {
     FileHeader header;
     std::vector<SectionEntry> sections;
     ModelParameters parameters;
-    std::vector<LevelDirectory> directories;       // [depth + 1]; [0] is empty
-    FieldTable fields;                             // without fields: empty
-    std::vector<FieldDirectory> field_directories; // [depth + 1], as many as are valid
+    std::vector<LevelDirectory> directories;                     // [depth + 1]; [0] is empty
+    FieldTable fields;                                           // without fields: empty
+    std::vector<FieldDirectory> field_directories;               // [depth + 1], as many as are valid
+    std::vector<std::vector<PointStreamEntry>> side_directories; // [depth + 1]; empty without sides
 
     const SectionEntry &section(SectionType type, std::uint32_t instance = 0) const {
         return *find_section(sections, type, instance);
@@ -125,6 +127,7 @@ class ModelWalk {
     void load_fields(Walked &chunk, const Chunk &decoded, std::vector<Bytes> &to);
     void gather_advice(Walked &chunk, const Chunk &decoded) const;
     ChunkPath path_to(const Walked &chunk, const Chunk &decoded, std::span<const Bytes> fields) const;
+    bool has_sides(const Walked &chunk) const;
     bool take(std::span<Walked> chunks);
 
     const OpenedFile &file_;

@@ -311,6 +311,10 @@ bool index_bricks(const BrickParents &parents, const ChunkShape &shape, int leve
     if (!place_bricks(parents, shape, to) || !below_root(shape, brick_level, to.front()) ||
         !below_root(shape, brick_level, to.back()))
         return false;
+    return bound_bricks(masks, normals, radii, to);
+}
+
+bool bound_bricks(ByteView masks, std::span<const std::uint16_t> normals, ByteView radii, std::span<BrickRecord> to) {
     static const NormalWords table;
     return HWY_DYNAMIC_DISPATCH(fill_bricks)(table, masks, normals, radii, to);
 }

@@ -27,4 +27,8 @@ BrickParents brick_parents(const ChunkEntry &entry, const ChunkEntry &above, std
 bool index_bricks(const BrickParents &parents, const ChunkShape &shape, int level, ByteView masks,
                   std::span<const std::uint16_t> normals, ByteView radii, std::span<BrickRecord> to);
 
+// Writes first point, first node, cone, largest radius and flags of records with place and node map, whose masks and
+// points are all of these. Returns false if there are not as many. Accesses stay in bounds for any bytes.
+bool bound_bricks(ByteView masks, std::span<const std::uint16_t> normals, ByteView radii, std::span<BrickRecord> to);
+
 } // namespace pbm

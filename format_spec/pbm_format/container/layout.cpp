@@ -51,6 +51,15 @@ constexpr std::array kSections{
                   .is_of_level = true,
                   .is_coded = true,
                   .is_optional = true},
+    SectionTraits{.type = SectionType::stream_directory,
+                  .name = "point stream directory",
+                  .is_point_stream = true,
+                  .is_optional = true},
+    SectionTraits{.type = SectionType::stream_values,
+                  .name = "point stream values",
+                  .is_point_stream = true,
+                  .is_coded = true,
+                  .is_optional = true},
 };
 
 } // namespace
@@ -218,6 +227,13 @@ Status check_storage(const SectionEntry &entry, const SectionTraits &traits, Sto
 
 // 3.2.7
 Status check_instance(const SectionEntry &entry, const SectionTraits &traits, int depth, std::uint64_t at) {
+    if (traits.is_point_stream) {
+        const std::uint32_t kind = entry.instance / kStreamKinds, level = entry.instance % kStreamKinds;
+        if (kind >= 1 && kind < kStreamKinds && level >= 1 && level <= static_cast<std::uint32_t>(depth))
+            return {};
+        return broken("3.2.7", at + 8, std::string(traits.name) + ": no such instance",
+                      "256 x kind + 1.." + std::to_string(depth), entry.instance);
+    }
     const std::uint32_t first = traits.is_of_level ? 1 : 0;
     const std::uint32_t last = traits.is_of_level                      ? static_cast<std::uint32_t>(depth)
                                : entry.type == SectionType::ground_lit ? kMaxLights - 1
@@ -247,7 +263,9 @@ Status check_entry(const SectionEntry &entry, const FileHeader &header, std::uin
     if ((entry.flags & ~kCriticalFlag) != 0)
         return broken("3.2.6", at + 6, name + ": unknown flag", "0..1", entry.flags);
     if (traits.is_optional && is_critical)
-        return entry.type == SectionType::shapes
+        return traits.is_point_stream
+                   ? broken("19.1.1", at + 6, name + ": critical, so that earlier readers refuse it", 0, entry.flags)
+               : entry.type == SectionType::shapes
                    ? broken("18.1.1", at + 6, name + ": critical, so that earlier readers refuse it", 0, entry.flags)
                    : broken("17.1.3", at + 6, name + ": a critical section, which readers of version 1.0 refuse", 0,
                             entry.flags);
@@ -282,6 +300,21 @@ Status check_field_sections(std::span<const SectionEntry> entries, const FileHea
                 return broken("17.1.1", kHeaderBytes,
                               "fields need their " + std::string(to_string(type)) +
                                   " of each level and the fields section: not so at level " + std::to_string(level));
+    return {};
+}
+
+// 19.1.2
+Status check_stream_sections(std::span<const SectionEntry> entries) {
+    for (const SectionEntry &entry : entries) {
+        const bool is_directory = entry.type == SectionType::stream_directory;
+        if (!is_directory && entry.type != SectionType::stream_values)
+            continue;
+        const SectionType other = is_directory ? SectionType::stream_values : SectionType::stream_directory;
+        if (find_section(entries, other, entry.instance) == nullptr)
+            return broken("19.1.2", kHeaderBytes,
+                          "a " + std::string(to_string(entry.type)) + " section without " +
+                              std::string(to_string(other)) + ": instance " + std::to_string(entry.instance));
+    }
     return {};
 }
 
@@ -359,6 +392,8 @@ Result<std::vector<SectionEntry>> decode_section_table(ByteView start, const Fil
                 return broken("3.1.8", kHeaderBytes,
                               "no " + std::string(to_string(type)) + " for level " + std::to_string(level));
     if (const Status status = check_field_sections(entries, header); !status)
+        return status.error();
+    if (const Status status = check_stream_sections(entries); !status)
         return status.error();
     return entries;
 }

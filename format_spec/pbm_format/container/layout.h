@@ -8,6 +8,7 @@
 //          directory, bricks, chunks of level depth                        (fine)
 //          rasters: ground texture, lit fractions of the ground, panorama
 //          directories of fields, level by level, then their values
+//          directories of point streams, then their values
 //
 // Only mapped files have bricks.
 // Stability: stable.
@@ -27,7 +28,7 @@ namespace pbm {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'B', 'V', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
 inline constexpr std::uint16_t kMajorVersion = 1;
-inline constexpr std::uint16_t kMinorVersion = 3; // the highest that this version writes
+inline constexpr std::uint16_t kMinorVersion = 4; // the highest that this version writes
 inline constexpr std::uint32_t kEndianTag = 0x01020304;
 inline constexpr std::size_t kHeaderBytes = 128;
 inline constexpr std::size_t kSectionEntryBytes = 64;
@@ -87,21 +88,24 @@ enum class SectionType : std::uint32_t {
     ground_plane = 7,
     fields = 8,
     shapes = 10,
-    level_directory = 16, // instance = level
-    level_chunks = 17,    // instance = level
-    level_bricks = 18,    // instance = level; mapped files only
-    ground_texture = 24,  // raster
-    ground_lit = 25,      // raster; instance = light
-    panorama = 32,        // raster
-    field_directory = 40, // instance = level
-    field_values = 41,    // instance = level
+    level_directory = 16,  // instance = level
+    level_chunks = 17,     // instance = level
+    level_bricks = 18,     // instance = level; mapped files only
+    ground_texture = 24,   // raster
+    ground_lit = 25,       // raster; instance = light
+    panorama = 32,         // raster
+    field_directory = 40,  // instance = level
+    field_values = 41,     // instance = level
+    stream_directory = 42, // instance = instance_of(kind, level)
+    stream_values = 43,    // instance = instance_of(kind, level)
 };
 
-// What its type says of a section. BVG.md 3.2, 17.1 and 18.1
+// What its type says of a section. BVG.md 3.2, 17.1, 18.1 and 19.1
 struct SectionTraits {
     SectionType type{};
     std::string_view name = "unknown";
     bool is_of_level = false;           // its instance is a level
+    bool is_point_stream = false;       // its instance is a kind and a level: point_streams.h
     bool is_coded = false;              // made of parts of any size: codec 1 in packed files, no element size
     bool is_raster = false;             // image_section.h lays it out
     bool is_optional = false;           // a reader that does not know it ignores it
@@ -112,6 +116,14 @@ const SectionTraits *traits_of(SectionType type);
 std::string_view to_string(SectionType type);
 inline bool is_known(SectionType type) { return traits_of(type) != nullptr; }
 inline bool is_raster(SectionType type) { return is_known(type) && traits_of(type)->is_raster; }
+
+// What an optional stream of points says. BVG.md 19.1; a reader ignores kinds that it does not know.
+enum class PointStream : std::uint32_t { sides = 1 };
+inline constexpr std::uint32_t kStreamKinds = 256;
+// The instance of the sections of a point stream for a level.
+constexpr std::uint32_t instance_of(PointStream kind, int level) {
+    return kStreamKinds * static_cast<std::uint32_t>(kind) + static_cast<std::uint32_t>(level);
+}
 
 enum class Codec : std::uint16_t { raw = 0, zstd_chunks = 1 }; // chunks, or tiles of rasters
 
@@ -131,7 +143,8 @@ struct SectionEntry {
     std::uint64_t hash = 0;  // XXH3-64 of the stored bytes
 
     FileRange range() const { return {offset, stored_bytes}; }
-    // Sort key: small sections by type, then directory, bricks and chunks level by level, then rasters, then fields.
+    // Sort key: small sections by type, then directory, bricks and chunks level by level, then rasters, then fields,
+    // then point streams.
     std::array<std::uint32_t, 3> order() const;
 };
 

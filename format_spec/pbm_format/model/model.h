@@ -191,12 +191,24 @@ struct ModelParameters {
     bool operator==(const ModelParameters &) const = default;
 };
 
+// The two sides of points that stand for a thin wall: each has the values of the wall's surface that faces its way.
+// Such a point's own values are what its level holds without sides. BVG.md 19.4
+struct Sides {
+    std::vector<std::uint32_t> points; // their indices within the level, ascending
+    // [points][2]. Radii are empty: both sides have that of the point. No normal has kTwoSidedBit.
+    PointAttributes values;
+
+    std::size_t size() const { return points.size(); }
+    bool operator==(const Sides &) const = default;
+};
+
 // One detail level, which is a complete grid.
 struct Level {
     Bytes masks;            // one per node of the level above
     PointAttributes points; // one record per node of this level
     // [fields][points x Field::bytes]: stored values. Empty if nobody asked for them.
     std::vector<Bytes> fields{};
+    Sides sides{}; // of those points that have some; none of level 0
     bool operator==(const Level &) const = default;
 };
 
@@ -220,5 +232,8 @@ void set_levels(Model &model, std::vector<MortonCode> codes, PointAttributes poi
                 std::vector<Bytes> fields = {});
 // The same for the fields (BVG.md 17.3), whose finest values are there; part of average_levels.
 void average_fields(Model &model, int threads);
+// Gathers the sides of levels depth-1 .. 1 from the finest points and their sides, and removes sides that look alike
+// from all levels. The same for any number of threads. Requires the averages of all levels. BVG.md 19.5
+void gather_sides(Model &model, int threads);
 
 } // namespace pbm

@@ -2,6 +2,7 @@
 #include "pbm_format/law/catalogue.h"
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/load_model.h"
+#include "pbm_format/reading/side_reader.h"
 #include "system/threads/parallel.h"
 #include "system/threads/per_thread.h"
 
@@ -75,6 +76,9 @@ Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint6
             return directory.error();
         directories.push_back(*directory);
         memory += decoded_bytes(**directory, set);
+        if (const SectionEntry *const sides =
+                reader.section(SectionType::stream_values, instance_of(PointStream::sides, level)))
+            memory += 2 * sides->raw_bytes;
         for (std::size_t f = 0; options.fields && f < reader.parameters().fields.size(); ++f)
             memory += (*directory)->points * reader.parameters().fields[f].bytes;
     }
@@ -99,6 +103,8 @@ Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint6
     if (options.fields)
         if (Status status = load_fields(reader, options.threads, model); !status)
             return std::move(status).error();
+    if (Status status = load_sides(reader, model); !status)
+        return std::move(status).error();
     return model;
 } catch (const std::bad_alloc &) {
     return out_of_memory();

@@ -2,6 +2,7 @@
 
 #include "pbm_format/chunks/chunk.h"
 #include "pbm_format/chunks/normal_cone.h"
+#include "pbm_format/chunks/side_chunk.h"
 #include "pbm_format/writing/frame_encoder.h"
 #include "pbm_format/writing/stream_filter.h"
 #include "system/threads/per_thread.h"
@@ -109,6 +110,23 @@ FieldEntry encode_field(const Model &model, int level, std::size_t field, const 
                                            : std::nullopt;
         entry.stream = append_smaller(points, planes, filter_of(kind), coding, out);
     }
+    entry.hash = hash64(ByteView(out).subspan(start));
+    return entry;
+}
+
+PointStreamEntry encode_sides(const Model &model, int level, const ChunkCoding &coding, ChunkEntry &chunk, Bytes &out) {
+    const Bytes raw =
+        encode_sides(model.levels[static_cast<std::size_t>(level)].sides, chunk, model.parameters.attributes, level);
+    PointStreamEntry entry{.raw_bytes = static_cast<std::uint32_t>(raw.size())};
+    const std::size_t start = out.size();
+    if (coding.storage == Storage::mapped || raw.empty()) {
+        out.insert(out.end(), raw.begin(), raw.end());
+    } else {
+        entry.zstd = append_frame(raw, coding.compression_level, out).zstd;
+    }
+    if (!raw.empty())
+        chunk.cone = {};
+    entry.stored_bytes = static_cast<std::uint32_t>(out.size() - start);
     entry.hash = hash64(ByteView(out).subspan(start));
     return entry;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_format/container/field_sections.h"
+#include "pbm_format/container/point_streams.h"
 #include "pbm_format/model/model.h"
 
 namespace pbm {
@@ -22,5 +23,9 @@ void encode_chunk(const Model &model, int level, const ChunkCoding &coding, Chun
 // Appends the values of one field in the chunk `chunk`, which has been encoded. BVG.md 17.5
 FieldEntry encode_field(const Model &model, int level, std::size_t field, const ChunkEntry &chunk,
                         const ChunkCoding &coding, Bytes &out);
+
+// Appends the sides of the points of `chunk`, which has been encoded. A chunk with sides loses its normal cone. BVG.md
+// 19.4
+PointStreamEntry encode_sides(const Model &model, int level, const ChunkCoding &coding, ChunkEntry &chunk, Bytes &out);
 
 } // namespace pbm

@@ -80,7 +80,9 @@ Bytes FileLayout::assemble(FileHeader header) {
             header.optional_features |= kFieldsFeature;
         }
         if (entry.type == SectionType::shapes)
-            header.minor = 3;
+            header.minor = std::max<std::uint16_t>(header.minor, 3);
+        if (traits_of(entry.type)->is_point_stream)
+            header.minor = 4;
         entry.offset = (end + entry.alignment - 1) / entry.alignment * entry.alignment;
         end = entry.offset + entry.stored_bytes;
         header.raw_bytes += entry.raw_bytes;

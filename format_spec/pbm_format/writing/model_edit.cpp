@@ -76,6 +76,14 @@ Status place_shadows(const ModelEdit &edit, Model &model) {
     return {};
 }
 
+// Gives both sides of each point the lit fraction of the point.
+void light_sides(std::size_t light, Model &model) {
+    for (Level &level : model.levels)
+        for (std::size_t i = 0; i < level.sides.size(); ++i)
+            for (std::size_t side = 0; side < 2; ++side)
+                level.sides.values.shadows[light][2 * i + side] = level.points.shadows[light][level.sides.points[i]];
+}
+
 ContentId content_id_of(const Model &model, std::uint32_t chunk_points) {
     LevelMasks masks;
     for (const Level &level : model.levels)
@@ -90,7 +98,9 @@ Bytes with_small_sections(ByteView file, const Reader &reader, const Model &mode
         layout.add(std::move(section));
     for (const SectionEntry &entry : reader.sections()) {
         const SectionTraits *const known = traits_of(entry.type);
-        if (known == nullptr || (entry.type < SectionType::level_directory && !known->is_optional))
+        const bool is_unknown_stream = known != nullptr && known->is_point_stream &&
+                                       PointStream{entry.instance / kStreamKinds} != PointStream::sides;
+        if (known == nullptr || is_unknown_stream || (entry.type < SectionType::level_directory && !known->is_optional))
             continue;
         const ByteView stored = slice(file, entry.offset, entry.stored_bytes);
         layout.add(entry, Bytes(stored.begin(), stored.end()));
@@ -139,6 +149,8 @@ Result<Bytes> edited_model(ByteView file, const ModelEdit &edit, const EditOptio
     if (Status placed = place_shadows(edit, *model); !placed)
         return placed.error();
     average_levels(*model, options.threads);
+    for (const FreshShadows &fresh : edit.shadows)
+        light_sides(fresh.light, *model);
     return encode_model(*model, {.storage = reader->header().storage(),
                                  .chunk_points = reader->header().chunk_points,
                                  .threads = options.threads});

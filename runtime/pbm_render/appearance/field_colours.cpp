@@ -211,6 +211,15 @@ void colour_by_field(Model &model, const FieldColours &colours) {
             index_field(colours, model.parameters.fields[colours.field], level.fields[colours.field], points.textures);
         else if (colours.basis == ColourBasis::normal)
             colour_normals(points.normals, points.colours);
+        if (colours.basis == ColourBasis::normal)
+            colour_normals(level.sides.values.normals, level.sides.values.colours);
+        const auto colour_sides = [&] {
+            level.sides.values.textures.clear();
+            for (const std::uint32_t point : level.sides.points)
+                level.sides.values.textures.insert(level.sides.values.textures.end(), 2, points.textures[point]);
+        };
+        if (colours.basis == ColourBasis::field)
+            colour_sides();
         if (colours.basis != ColourBasis::height)
             continue;
         if (l > 0)
@@ -220,6 +229,7 @@ void colour_by_field(Model &model, const FieldColours &colours) {
         for (std::size_t i = 0; i < codes.size(); ++i)
             points.textures[i] =
                 colours.indices[stored_height(morton_decode(codes[i])[colours.axis], static_cast<int>(l))];
+        colour_sides();
     }
     model.parameters = with_field_colours(std::move(model.parameters), colours);
 }

@@ -19,6 +19,10 @@ struct PointRun {
     // The points first..last - 1 of the chunk, which are whole nodes of level `level` - 1.
     std::uint32_t first = 0, last = 0;
     const ChunkOffsets *offsets = nullptr; // of its points; null: splats lie at the mean surface
+    // Of second sides (chunk_sides.h): whose points, of the chunk in the file, they are. Null: the points are the
+    // chunk's.
+    const std::uint32_t *origins = nullptr;
+    bool has_sides = false; // some points are sides: normals with kSideBit
 };
 
 // Value of point `i` in a shadow stream of `bits` bits, 0 .. 2^bits - 1; the largest is fully lit.

@@ -53,11 +53,4 @@ void mark_round_points(PointView &points, const ModelParameters &parameters, int
     points.radii = to.radii;
 }
 
-PointView drawn_points(const Model &model, int level, RoundPoints &to) {
-    const PointAttributes &points = model.levels[static_cast<std::size_t>(level)].points;
-    PointView view = view_points(points, 0, points.size(), model.parameters.attributes);
-    mark_round_points(view, model.parameters, level, to);
-    return view;
-}
-
 } // namespace pbm

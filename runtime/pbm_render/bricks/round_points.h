@@ -24,9 +24,6 @@ struct RoundPoints {
 // Lets normals and radii of `points`, of one level, be those that are drawn, if some are round. `to` must outlive them.
 void mark_round_points(PointView &points, const ModelParameters &parameters, int level, RoundPoints &to);
 
-// The points of a level as they are drawn. `to` must outlive them.
-PointView drawn_points(const Model &model, int level, RoundPoints &to);
-
 // The radius index that a round point of a node of `level` < `depth` is drawn with. The stored one covers all splats
 // below the node (6.2.3), of which nothing is known but that they are at most so large: without the growth from level
 // to level. A node with points beside each other is as wide as they are: at least kRoundCover edges of the node.

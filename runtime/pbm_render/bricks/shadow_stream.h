@@ -10,14 +10,16 @@
 namespace pbm {
 
 struct ShadowStream {
-    const std::uint8_t *values = nullptr; // of the run's chunk
-    std::uint8_t bits = 1;                // of a lit fraction
+    const std::uint8_t *values = nullptr;   // of the run's chunk
+    std::uint8_t bits = 1;                  // of a lit fraction
+    const std::uint32_t *origins = nullptr; // of second sides: whose value they have; null: their own
 
     // 0..1
     float lit(std::size_t point) const {
         constexpr std::array<float, 9> kScales{0,         1,         1 / 3.0F,   1 / 7.0F,  1 / 15.0F,
                                                1 / 31.0F, 1 / 63.0F, 1 / 127.0F, 1 / 255.0F};
-        return static_cast<float>(shadow_value(values, point, bits)) * kScales[bits];
+        return static_cast<float>(shadow_value(values, origins == nullptr ? point : origins[point], bits)) *
+               kScales[bits];
     }
 };
 
@@ -38,7 +40,7 @@ inline ShadowStream shadow_stream(const PointRun &run, std::size_t light, const 
         const Bytes &values = source.fresh->levels[level];
         const std::uint64_t first = run.entry->first_point;
         if (first <= values.size() && run.entry->shape.points <= values.size() - first)
-            return {values.data() + first, 8};
+            return {values.data() + first, 8, run.origins};
     }
     return {kAllLit.data(), 1};
 }

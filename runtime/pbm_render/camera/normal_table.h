@@ -21,6 +21,10 @@ inline constexpr std::size_t kOppositeNormal = 7U << 10;
 // are drawn marks them; stored normals have it clear. So the entries kRoundBit .. kRoundBit + kNormalCount - 1 of a
 // table of normals face the eye.
 inline constexpr std::uint16_t kRoundBit = 0x4000;
+// Sides (BVG.md 19.4) are drawn where they face the eye alone: behind each lies another side of the same wall, which is
+// a point of its own. Bit 15 of their normals marks them. Like two-sided points they lie at the centre of their voxel:
+// surfaces that sink below it, each its own way, would cross.
+inline constexpr std::uint16_t kSideBit = 0x8000, kSideBits = kSideBit | kTwoSidedBit;
 inline constexpr std::size_t kDrawnNormals = kRoundBit + kNormalCount;
 // The bits of a drawn normal that are its index into a table of a frame.
 constexpr std::uint16_t drawn_normal_mask(bool has_round_points) {

@@ -25,7 +25,7 @@ std::optional<ChunkTask> ChunkCache::begin_loading(ChunkPlace place, const Chunk
         task.parent_entry = &entry_of(parent_of(place));
         task.parent = chunk(parent_of(place)); // the task's copy keeps make_room from evicting it
     }
-    const std::uint64_t memory = loader.memory_of(place.level, *task.entry);
+    const std::uint64_t memory = loader.memory_of(place, *task.entry);
     if (!make_room(memory))
         return std::nullopt;
     task.memory = MemoryClaim(memory_, memory);

@@ -70,18 +70,20 @@ std::uint64_t colouring_bytes(const FieldColours *colours) {
 } // namespace
 
 ChunkLoader::ChunkLoader(const Reader &reader, const FieldColours *colours)
-    : reader_(reader), root_(reader.root_chunk()), colours_(colours) {
+    : reader_(reader), sides_(reader), root_(reader.root_chunk()), colours_(colours) {
     const bool has_field = colours_ != nullptr && colours_->basis == ColourBasis::field;
     if (Result<FieldReader> fields = has_field ? FieldReader::open(reader) : Error(); fields)
         fields_ = std::move(*fields);
 }
 
 Status ChunkLoader::begin_level(const LevelDirectory &level) {
+    if (Status read = sides_.read_directory(level); !read)
+        return read;
     return fields_ ? fields_->read_directory(level) : Status();
 }
 
 std::vector<FileRange> ChunkLoader::directories_wanted(int level) const {
-    std::vector<FileRange> wanted{reader_.directory_range(level)};
+    std::vector<FileRange> wanted{reader_.directory_range(level), sides_.directory_range(level)};
     if (fields_)
         wanted.push_back(fields_->directory_range(level));
     std::erase_if(wanted, [&](FileRange range) { return reader_.source().has(range); });
@@ -119,6 +121,35 @@ Status ChunkLoader::colour(const ChunkTask &task, ResidentChunk &to) const {
         to.view.colours = to.field_colours;
     }
     return {};
+}
+
+Status ChunkLoader::load_sides(const ChunkTask &task, ResidentChunk &to) const {
+    const auto [level, index] = task.place;
+    if (sides_.entry(level, index).raw_bytes == 0)
+        return {};
+    Sides sides;
+    if (Status status = sides_.load(level, index, *task.entry, task.bytes.sides.bytes, sides); !status)
+        return status;
+    if (to.bricks.empty()) // of a mapped file
+        to.bricks.assign(to.view.bricks.begin(), to.view.bricks.end());
+    to.sides = std::make_unique<ChunkSides>();
+    split_sides(std::move(sides), reader_.parameters().attributes, level, to.bricks, to.view, *to.sides);
+    return {};
+}
+
+// Gives the second sides what `colour` gives the points.
+void ChunkLoader::colour_second_sides(ResidentChunk &to) const {
+    if (to.sides == nullptr || to.field_colours.empty())
+        return;
+    ChunkSides &sides = *to.sides;
+    if (colours_->basis == ColourBasis::normal) {
+        colour_normals(sides.view.normals, sides.colours);
+        sides.view.colours = sides.colours;
+        return;
+    }
+    for (const std::uint32_t point : sides.points)
+        sides.colours.push_back(to.field_colours[point]);
+    sides.view.textures = sides.colours;
 }
 
 Status ChunkLoader::decode(const ChunkTask &task, ResidentChunk &to) const {
@@ -160,8 +191,11 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
     } else if (Status status = decode(task, *chunk); !status) {
         return std::move(status).error();
     }
+    if (Status status = load_sides(task, *chunk); !status)
+        return std::move(status).error();
     if (Status status = colour(task, *chunk); !status)
         return std::move(status).error();
+    colour_second_sides(*chunk);
     mark_round_points(chunk->view, reader_.parameters(), task.place.level, chunk->round);
     chunk->bounds = bounds_of(chunk->view.bricks, task.place.level);
     for (const BrickRecord &brick : chunk->view.bricks)
@@ -173,13 +207,16 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
     return out_of_memory();
 }
 
-std::uint64_t ChunkLoader::memory_of(int level, const ChunkEntry &entry) const {
+std::uint64_t ChunkLoader::memory_of(ChunkPlace place, const ChunkEntry &entry) const {
+    const int level = place.level;
+    const AttributeSet &set = reader_.parameters().attributes;
     const ChunkShape &shape = entry.shape;
     const std::uint64_t round = has_round_points(reader_.parameters()) ? RoundPoints::kBytes : 0;
-    const std::uint64_t offsets = ChunkOffsets::memory_of(shape) + (colouring_bytes(colours_) + round) * shape.points;
+    const std::uint64_t sides = ChunkSides::memory_of(entry, set, sides_.entry(level, place.index).raw_bytes);
+    const std::uint64_t offsets =
+        sides + ChunkOffsets::memory_of(shape) + (colouring_bytes(colours_) + round) * shape.points;
     if (is_mapped()) // the bytes of a whole file take no memory
         return offsets + (reader_.source().is_whole() ? 0 : bytes_read_by(entry));
-    const AttributeSet &set = reader_.parameters().attributes;
     LevelDirectory alone{.level = level, .chunks = {}, .points = shape.points, .nodes = shape.nodes};
     std::uint64_t bytes = offsets + decoded_bytes(alone, set) + shape.bricks * kBrickRecordBytes;
     for (const StreamInfo &stream : streams_of(set))
@@ -193,9 +230,10 @@ std::uint64_t ChunkLoader::memory_of(int level, const ChunkEntry &entry) const {
 std::optional<StoredChunk> ChunkLoader::bytes_of(ChunkPlace place) const {
     std::optional<ChunkBytes> chunk = reader_.chunk_bytes(place.level, place.index);
     std::optional<HeldBytes> field = fields_ ? reader_.source().view(ranges_of(place)[2]) : HeldBytes();
-    if (!chunk || !field)
+    std::optional<HeldBytes> sides = reader_.source().view(sides_.entry(place.level, place.index).range());
+    if (!chunk || !field || !sides)
         return std::nullopt;
-    return StoredChunk{std::move(*chunk), std::move(*field)};
+    return StoredChunk{std::move(*chunk), std::move(*field), std::move(*sides)};
 }
 
 bool ChunkLoader::has_bytes(ChunkPlace place) const {

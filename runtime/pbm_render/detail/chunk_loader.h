@@ -3,6 +3,7 @@
 
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/reader.h"
+#include "pbm_format/reading/side_reader.h"
 #include "pbm_render/appearance/field_colours.h"
 #include "pbm_render/bricks/frame_geometry.h"
 #include "pbm_render/detail/detail_view.h"
@@ -16,6 +17,7 @@ using FramePointer = std::shared_ptr<const FrameGeometry>;
 // The stored bytes of a chunk.
 struct StoredChunk : ChunkBytes {
     HeldBytes field; // of the field that points show
+    HeldBytes sides;
 };
 
 struct ChunkTask {
@@ -23,7 +25,7 @@ struct ChunkTask {
     const ChunkEntry *entry = nullptr;
     const ChunkEntry *parent_entry = nullptr; // null for level 1
     ResidentPointer parent;                   // null for level 1
-    MemoryClaim memory;                       // memory_of(place.level, *entry); the chunk takes it over
+    MemoryClaim memory;                       // memory_of(place, *entry); the chunk takes it over
     StoredChunk bytes;                        // bytes_of(place)
     FramePointer frame;                       // the picture that shows it as a whole, or null
 };
@@ -46,7 +48,7 @@ class ChunkLoader {
     Result<ResidentPointer> load(ChunkTask &task) const;
 
     // Bytes that a chunk takes while it is resident, with surface offsets for all of its points.
-    std::uint64_t memory_of(int level, const ChunkEntry &entry) const;
+    std::uint64_t memory_of(ChunkPlace place, const ChunkEntry &entry) const;
     // The stored bytes of a chunk; empty if the source lacks some of them.
     std::optional<StoredChunk> bytes_of(ChunkPlace place) const;
     bool has_bytes(ChunkPlace place) const;
@@ -67,13 +69,17 @@ class ChunkLoader {
     Status decode(const ChunkTask &task, ResidentChunk &to) const;
     Status load_field(const ChunkTask &task, ResidentChunk &to) const;
     Status colour(const ChunkTask &task, ResidentChunk &to) const;
-    // Of its streams, its bricks and the shown field; no bytes where there are none.
-    std::array<FileRange, 3> ranges_of(ChunkPlace place) const {
+    Status load_sides(const ChunkTask &task, ResidentChunk &to) const;
+    void colour_second_sides(ResidentChunk &to) const;
+    // Of its streams, its bricks, the shown field and its sides; no bytes where there are none.
+    std::array<FileRange, 4> ranges_of(ChunkPlace place) const {
         return {reader_.chunk_range(place.level, place.index), reader_.brick_range(place.level, place.index),
-                fields_ ? fields_->entry(place.level, place.index, colours_->field).range() : FileRange{}};
+                fields_ ? fields_->entry(place.level, place.index, colours_->field).range() : FileRange{},
+                sides_.entry(place.level, place.index).range()};
     }
 
     const Reader &reader_;
+    SideReader sides_;
     const Chunk root_; // the parent of level 1
     const FieldColours *colours_;
     std::optional<FieldReader> fields_; // with colours of a field

@@ -13,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace pbm {
 namespace {
@@ -102,6 +103,7 @@ class Selector {
                          [](const MissingChunk &a, const MissingChunk &b) {
                              return a.error > b.error || (a.error == b.error && a.place.level < b.place.level);
                          });
+        add_second_sides();
         return std::move(selection_);
     }
 
@@ -110,6 +112,7 @@ class Selector {
     // points, if it is resident itself. Returns whether some part needs these points.
     bool show_children(ChunkPlace place, const Box &box, const ResidentChunk *chunk, std::uint8_t radius);
     void draw(const ResidentChunk &chunk, ChunkPlace place, std::uint32_t first, std::uint32_t last);
+    void add_second_sides();
     const ChunkEntry &entry_of(ChunkPlace place) const {
         return levels_[static_cast<std::size_t>(place.level)].directory->chunks[place.index];
     }
@@ -121,6 +124,8 @@ class Selector {
     const int depth_, finest_;
     const double max_error_;
     DetailSelection selection_;
+    std::vector<const ChunkSides *> sides_; // of the runs' chunks, or null
+    bool has_sides_ = false;                // of some
 };
 
 bool Selector::show(ChunkPlace place, Box box, std::uint8_t radius_above) {
@@ -193,7 +198,34 @@ void Selector::draw(const ResidentChunk &chunk, ChunkPlace place, std::uint32_t 
                         .level = place.level,
                         .first = first,
                         .last = last,
-                        .offsets = &chunk.offsets});
+                        .offsets = &chunk.offsets,
+                        .has_sides = chunk.sides != nullptr});
+    sides_.resize(runs.size());
+    sides_.back() = chunk.sides.get();
+    has_sides_ |= chunk.sides != nullptr;
+}
+
+// Puts the second sides of its points behind each run.
+void Selector::add_second_sides() {
+    if (!has_sides_)
+        return;
+    const std::vector<PointRun> firsts = std::exchange(selection_.runs, {});
+    for (std::size_t i = 0; i < firsts.size(); ++i) {
+        const PointRun &run = firsts[i];
+        selection_.runs.push_back(run);
+        if (sides_[i] == nullptr)
+            continue;
+        const auto [first, last] = sides_[i]->range(run.first, run.last);
+        if (first < last)
+            selection_.runs.push_back({.chunk = &sides_[i]->view,
+                                       .entry = run.entry,
+                                       .level = run.level,
+                                       .first = first,
+                                       .last = last,
+                                       .offsets = &sides_[i]->offsets,
+                                       .origins = sides_[i]->points.data(),
+                                       .has_sides = true});
+    }
 }
 
 } // namespace

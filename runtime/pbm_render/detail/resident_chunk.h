@@ -4,6 +4,7 @@
 #include "pbm_format/chunks/mapped_chunk.h"
 #include "pbm_render/bricks/chunk_offsets.h"
 #include "pbm_render/bricks/round_points.h"
+#include "pbm_render/detail/chunk_sides.h"
 
 #include <glm/vec3.hpp>
 
@@ -56,10 +57,11 @@ struct ResidentChunk {
     Box bounds;                      // of the bricks
     std::uint8_t largest_radius = 0; // index, of all points
     Chunk decoded;                   // of a packed file; its lit fractions are packed
-    std::vector<BrickRecord> bricks; // of a packed file
+    std::vector<BrickRecord> bricks; // of a packed file, or of a chunk with sides
     // Stored values of the shown field, and what the view has of them as texture values, or as colours of normals.
     Bytes field, field_colours;
-    RoundPoints round; // drawn normals and radii; of chunks with round points
+    std::unique_ptr<ChunkSides> sides; // null: no point has some
+    RoundPoints round;                 // drawn normals and radii; of chunks with round points
     MemoryClaim memory;
 };
 using ResidentPointer = std::shared_ptr<const ResidentChunk>;

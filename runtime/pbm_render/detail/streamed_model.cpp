@@ -151,6 +151,10 @@ std::vector<FileRange> StreamedModel::bounds_wanted() const {
                 entry != nullptr && (has_field || type < SectionType::field_directory) &&
                 !reader.source().has(entry->range()))
                 wanted.push_back(entry->range());
+        for (const SectionType type : {SectionType::stream_directory, SectionType::stream_values})
+            if (const SectionEntry *entry = reader.section(type, instance_of(PointStream::sides, level));
+                entry != nullptr && !reader.source().has(entry->range()))
+                wanted.push_back(entry->range());
     }
     return wanted;
 }

@@ -1,6 +1,6 @@
 #include "pbm_render/reference/reference_renderer.h"
 
-#include "pbm_render/bricks/round_points.h"
+#include "pbm_render/bricks/drawn_level.h"
 #include "pbm_render/camera/unit_grid.h"
 #include "pbm_render/shading/level_shader.h"
 #include "pbm_render/splats/near_splat.h"
@@ -25,9 +25,9 @@ namespace {
 class PlainWalk {
   public:
     // `offsets`: of the points drawn; may be empty.
-    PlainWalk(const Model &model, int level, std::span<const std::int8_t> offsets, const Projection &projection,
-              Framebuffer &target)
-        : model_(model), level_(level), points_(pbm::drawn_points(model, level, round_)), offsets_(offsets),
+    PlainWalk(const Model &model, int level, const DrawnLevel &points, std::span<const std::int8_t> offsets,
+              const Projection &projection, Framebuffer &target)
+        : model_(model), level_(level), drawn_(points), points_(points.drawn()), offsets_(offsets),
           projection_(projection), frame_(projection, target.width, target.height),
           normals_(transform_normals(projection)), voxel_(std::ldexp(1.0F, -level)), target_(target) {}
 
@@ -47,8 +47,8 @@ class PlainWalk {
 
     const Model &model_;
     const int level_;
-    RoundPoints round_;
-    const PointView points_;
+    const DrawnLevel &drawn_;
+    const PointView &points_;
     const std::span<const std::int8_t> offsets_;
     const Projection &projection_;
     const FrameGeometry frame_;
@@ -64,8 +64,11 @@ class PlainWalk {
 void PlainWalk::draw_node(int level, const glm::dvec3 &centre, const glm::vec3 &image) {
     const std::size_t node = next_[static_cast<std::size_t>(level)]++;
     if (level == level_) {
-        if (!is_cut_off(centre))
-            draw_point(node, image);
+        if (is_cut_off(centre))
+            return;
+        draw_point(node, image);
+        if (const auto second = drawn_.second(node))
+            draw_point(*second, image);
         return;
     }
     const double d = std::ldexp(0.25, -level); // half the edge of a child
@@ -94,7 +97,7 @@ void PlainWalk::draw_point(std::size_t index, const glm::vec3 &image) {
     const bool two_sided = (points_.normals[index] & kTwoSidedBit) != 0;
     float facing = glm::dot(normals_[normal].plane, glm::vec3(pixel, 1)); // cosine of normal and ray
     const bool is_back = !two_sided && facing > kFacingSlack;
-    if (is_back && !projection_.shows_backs)
+    if ((is_back && !projection_.shows_backs) || ((points_.normals[index] & kSideBit) != 0 && facing > 0))
         return;
     if (is_back || (two_sided && facing > 0)) {
         normal ^= kOppositeNormal;
@@ -102,7 +105,7 @@ void PlainWalk::draw_point(std::size_t index, const glm::vec3 &image) {
     }
     SplatSize size{radius, is_back ? -voxel_ : voxel_, two_sided};
     if (!offsets_.empty())
-        size.offset = offset_of(offsets_[index]);
+        size.offset = offset_of(offsets_[drawn_.origin(index)]);
     ++drawn_points_;
     draw_ellipse(index, project_splat(projection_, normals_[normal], pixel, facing, size), pixel, depth);
 }
@@ -111,7 +114,7 @@ void PlainWalk::draw_point(std::size_t index, const glm::vec3 &image) {
 void PlainWalk::draw_point_around_eye(std::size_t index, const glm::vec3 &image) {
     std::optional<float> offset;
     if (!offsets_.empty())
-        offset = offset_of(offsets_[index]);
+        offset = offset_of(offsets_[drawn_.origin(index)]);
     drawn_points_ += draw_near({image, points_.normals[index], radius_table()[points_.radii[index]], offset,
                                 static_cast<std::uint32_t>(index)},
                                voxel_, projection_.shows_backs, frame_, target_);
@@ -171,11 +174,12 @@ RenderStatistics ReferenceRenderer::render(const Camera &camera, const RenderOpt
     const auto surroundings = surroundings_ ? surroundings_->in_frame(appearance, projection, options) : nullptr;
 
     clear(options, target);
-    PlainWalk walk(model_, level, offsets_[static_cast<std::size_t>(level)], projection, target);
+    const DrawnLevel points(model_, level);
+    PlainWalk walk(model_, level, points, offsets_[static_cast<std::size_t>(level)], projection, target);
     const std::uint64_t drawn = walk.draw_all();
 
     const PointShader point_shader(model_.parameters, appearance, projection, surroundings.get(), options, true);
-    const LevelShader shader(model_, level, appearance, point_shader);
+    const LevelShader shader(model_, level, points, appearance, point_shader);
     for (std::size_t at = 0; at < target.pixels(); ++at)
         if (target.depth[at] < std::numeric_limits<float>::infinity()) {
             target.colour[at] = shader.shade(target.colour[at], target.centre(at), target.depth[at]);

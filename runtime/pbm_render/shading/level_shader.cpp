@@ -2,8 +2,9 @@
 
 namespace pbm {
 
-LevelShader::LevelShader(const Model &model, int level, const Appearance &appearance, const PointShader &shader)
-    : set_(model.parameters.attributes), points_(model.levels[static_cast<std::size_t>(level)].points), level_(level),
+LevelShader::LevelShader(const Model &model, int level, const DrawnLevel &points, const Appearance &appearance,
+                         const PointShader &shader)
+    : set_(model.parameters.attributes), drawn_(points), points_(points.values()), level_(level),
       shadows_(appearance.shadows), shader_(shader), is_special_(shader.is_special()),
       indices_(shader.colour_source() == ColourSource::texture ? points_.values(*palette_stream(set_)).data()
                                                                : nullptr) {}
@@ -17,7 +18,7 @@ std::uint32_t LevelShader::colour(std::size_t index) const {
 float LevelShader::lit_fraction(std::size_t light, std::size_t index) const {
     const auto level = static_cast<std::size_t>(level_);
     if (const ShadowSource &source = shadows_[light]; !source.of_file)
-        return source.fresh ? static_cast<float>(source.fresh->levels[level][index]) / 255 : 1;
+        return source.fresh ? static_cast<float>(source.fresh->levels[level][drawn_.origin(index)]) / 255 : 1;
     const int bits = set_.shadow_bits[light][level];
     return static_cast<float>(points_.shadows[light][index]) / static_cast<float>((1 << bits) - 1);
 }

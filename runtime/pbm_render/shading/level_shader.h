@@ -4,6 +4,7 @@
 
 #include "pbm_format/model/model.h"
 #include "pbm_render/appearance/appearance.h"
+#include "pbm_render/bricks/drawn_level.h"
 #include "pbm_render/shading/point_shader.h"
 
 #include <glm/vec2.hpp>
@@ -15,10 +16,12 @@ namespace pbm {
 
 class LevelShader {
   public:
-    // All arguments must outlive the shader. `shader` was made for `model` and `appearance`.
-    LevelShader(const Model &model, int level, const Appearance &appearance, const PointShader &shader);
+    // All arguments must outlive the shader. `shader` was made for `model` and `appearance`, `points` for this level.
+    LevelShader(const Model &model, int level, const DrawnLevel &points, const Appearance &appearance,
+                const PointShader &shader);
 
-    // Returns the opaque sRGB colour, as pack_rgba, of point `index` where `pixel` shows it at `depth` (grid edges).
+    // Returns the opaque sRGB colour, as pack_rgba, of point `index` of `points` where `pixel` shows it at `depth`
+    // (grid edges).
     std::uint32_t shade(std::size_t index, glm::vec2 pixel, float depth) const {
         return is_special_ ? shade_as<true>(index, pixel, depth) : shade_as<false>(index, pixel, depth);
     }
@@ -29,7 +32,8 @@ class LevelShader {
     float lit_fraction(std::size_t light, std::size_t index) const;
 
     const AttributeSet &set_;
-    const PointAttributes &points_;
+    const DrawnLevel &drawn_;
+    const PointView &points_;
     const int level_;
     const std::array<ShadowSource, kMaxLights> &shadows_;
     const PointShader &shader_;

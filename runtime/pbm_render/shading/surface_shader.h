@@ -66,7 +66,7 @@ using NormalSums = std::array<std::uint16_t, 1024>;
 const NormalSums &normal_sums();
 // Packs a stored normal into the high 16 bits, and its entry of `sums` into the low 16 bits.
 inline std::uint32_t normal_code(std::uint16_t stored, const NormalSums &sums) {
-    return std::uint32_t{stored} << 16 | sums[stored & 1023];
+    return (stored & 0x7FFFU) << 16 | sums[stored & 1023]; // without kSideBit
 }
 
 // What all points of a frame share.

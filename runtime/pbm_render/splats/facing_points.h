@@ -61,6 +61,7 @@ struct SplatNormal {
     Vector x, y, z;
     Vector ray_x, ray_y; // from the eye through the point, depth 1
     Vector facing;       // cosine between normal and ray, times the ray's length
+    Vector turn;         // the sign bit if the normal was turned, else 0
     Mask two_sided;
 };
 
@@ -83,6 +84,7 @@ HWY_INLINE SplatNormal splat_normal(const FrameGeometry &frame, IntVector packed
     n.y = hn::Xor(n.y, turn);
     n.z = hn::Xor(n.z, turn);
     n.facing = hn::Xor(facing, turn);
+    n.turn = turn;
     return n;
 }
 
@@ -141,6 +143,7 @@ struct NearPoints {
     Vector u, v, w;
     IntVector packed, offset;
     Vector radius;
+    IntVector stored; // normals
 };
 
 // Destinations of a brick's points: of those that face the eye, and of those that face away; null: leaves them out.
@@ -159,13 +162,14 @@ HWY_INLINE std::size_t add_near(const StripRun &at, const NearPoints &points, st
     const Floats d;
     const Ints di;
     std::array<float, kLaneNumbers.size()> u, v, w, radii;
-    std::array<std::int32_t, kLaneNumbers.size()> packed, offsets;
+    std::array<std::int32_t, kLaneNumbers.size()> packed, offsets, stored;
     hn::StoreU(points.u, d, u.data());
     hn::StoreU(points.v, d, v.data());
     hn::StoreU(points.w, d, w.data());
     hn::StoreU(points.radius, d, radii.data());
     hn::StoreU(points.packed, di, packed.data());
     hn::StoreU(points.offset, di, offsets.data());
+    hn::StoreU(points.stored, di, stored.data());
     for (unsigned bits = mask_bits(points.is_near); bits != 0; bits &= bits - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
         const glm::vec3 point((u[lane] - frame.middle_x * w[lane]) * frame.inverse_focal,
@@ -173,7 +177,7 @@ HWY_INLINE std::size_t add_near(const StripRun &at, const NearPoints &points, st
         const PointNormal normal = unpack_normal(packed[lane]);
         const bool is_back = !normal.two_sided && glm::dot(normal.axis, point) > kFacingSlack * glm::length(point);
         FacingPoints *const side = is_back ? to.backs : to.fronts;
-        if (side == nullptr)
+        if (side == nullptr || ((stored[lane] & kSideBit) != 0 && glm::dot(normal.axis, point) > 0))
             continue;
         float inset = 0;
         if (!normal.two_sided)
@@ -256,6 +260,10 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const VisibleBrick
         const SplatNormal normal = splat_normal(frame, packed, pixel_x, pixel_y, false);
         const Mask faces = hn::Le(normal.facing, set(slack));
         Mask keep = hn::FirstN(d, points.end - i);
+        if (run.run->has_sides) [[unlikely]] {
+            const auto turned = hn::And(hn::ShiftRight<16>(hn::BitCast(di, normal.turn)), stored);
+            keep = hn::And(keep, hn::RebindMask(d, hn::Eq(hn::And(turned, hn::Set(di, kSideBit)), hn::Zero(di))));
+        }
         if (!points.cuts.empty()) [[unlikely]]
             for (const BrickCut &cut : points.cuts)
                 keep = hn::And(keep, hn::Ge(project(cut.first, cut.step_x, cut.step_y, cut.step_z), hn::Zero(d)));
@@ -275,7 +283,8 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const VisibleBrick
                 !hn::AllFalse(d, is_near)) [[unlikely]] {
                 const Vector u = project(brick.u, step_x.x, step_y.x, step_z.x),
                              v = project(brick.v, step_x.y, step_y.y, step_z.y);
-                at_home += add_near<kPlaced>(at, {is_near, u, v, w, packed, offset, radius}, points.first_id + i, to);
+                at_home +=
+                    add_near<kPlaced>(at, {is_near, u, v, w, packed, offset, radius, stored}, points.first_id + i, to);
             }
             keep = hn::And(keep, is_far);
             const Vector reach = rows_to_border(at, enlarged, radius, normal.ray_y, inverse);

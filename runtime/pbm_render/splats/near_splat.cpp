@@ -89,7 +89,9 @@ bool draw_near(const PointAroundEye &point, float voxel, bool shows_backs, const
     const glm::vec3 normal(x, y, z), centre((image.x - frame.middle_x * image.z) * frame.inverse_focal,
                                             (image.y - frame.middle_y * image.z) * frame.inverse_focal, image.z);
     const bool two_sided = (point.normal & kTwoSidedBit) != 0;
-    if (!two_sided && !shows_backs && glm::dot(normal, centre) > kFacingSlack * glm::length(centre))
+    const float facing = glm::dot(normal, centre);
+    if ((!two_sided && !shows_backs && facing > kFacingSlack * glm::length(centre)) ||
+        ((point.normal & kSideBit) != 0 && facing > 0))
         return false;
     float inset = 0;
     if (!two_sided)

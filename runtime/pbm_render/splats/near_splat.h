@@ -48,14 +48,15 @@ void draw_near(std::span<const NearSplat> splats, const FrameGeometry &frame, De
 // A point around the eye.
 struct PointAroundEye {
     glm::vec3 image;             // M * centre of its voxel: pixel times depth, depth
-    std::uint16_t normal;        // as drawn: kRoundBit marks round points
+    std::uint16_t normal;        // as drawn: with kRoundBit or kSideBit
     float radius;                // grid edges
     std::optional<float> offset; // of the surface along the normal, voxels; absent: what the normal says
     std::uint32_t id;            // stands for its colour
 };
 
 // Draws it where it is nearer than the depths of `target`, which are grid edges. `voxel`: edge of its level. Returns
-// false if it lies behind the eye or outside of the picture, or faces away where `shows_backs` is not set.
+// false if it lies behind the eye or outside of the picture, or faces away and has no back that
+// `shows_backs` asks for.
 bool draw_near(const PointAroundEye &point, float voxel, bool shows_backs, const FrameGeometry &frame,
                Framebuffer &target);
 

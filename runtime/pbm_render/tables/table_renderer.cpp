@@ -1,6 +1,6 @@
 #include "pbm_render/tables/table_renderer.h"
 
-#include "pbm_render/bricks/round_points.h"
+#include "pbm_render/bricks/drawn_level.h"
 #include "pbm_render/camera/unit_grid.h"
 #include "pbm_render/shading/level_shader.h"
 #include "pbm_render/splats/near_splat.h"
@@ -40,7 +40,7 @@ SplatKernels make_kernels(const Grid &grid, const Projection &projection, int wi
 class TableWalk {
   public:
     // `own.level` is a level of the model.
-    TableWalk(const Model &model, const Projection &projection, const TableOptions &own,
+    TableWalk(const Model &model, const DrawnLevel &points, const Projection &projection, const TableOptions &own,
               std::span<const std::int8_t> offsets, Framebuffer &target);
 
     void draw_root() { draw_odd_point(0, table_.centre); }
@@ -55,6 +55,7 @@ class TableWalk {
     void draw_points(unsigned mask, const glm::vec4 &centre);
     void draw_cut_points(unsigned mask, const glm::vec4 &centre);
     void draw_point(std::size_t index, Facing facing, const glm::vec4 &centre);
+    void draw_sides(std::size_t index, const glm::vec4 &centre);
     void draw_odd_point(std::size_t index, const glm::vec4 &centre);
     void draw_around_eye(std::size_t index, const glm::vec4 &centre);
     void draw_placed(std::size_t normal, const ScreenPoint &point, float facing, SplatSize size);
@@ -65,8 +66,8 @@ class TableWalk {
     const bool shows_backs_;
     const Grid grid_; // unit_grid
     const int level_;
-    RoundPoints round_;
-    const PointView points_;                   // that are drawn
+    const DrawnLevel &level_points_;
+    const PointView &points_;                  // that are drawn
     const std::uint16_t *const point_normals_; // their attributes
     const std::uint8_t *const point_radii_;
     const std::span<const std::int8_t> offsets_; // of the points drawn; may be empty
@@ -89,10 +90,10 @@ class TableWalk {
     std::array<std::size_t, kMaxDepth + 1> cursor_{};         // next node of each level
 };
 
-TableWalk::TableWalk(const Model &model, const Projection &projection, const TableOptions &own,
-                     std::span<const std::int8_t> offsets, Framebuffer &target)
+TableWalk::TableWalk(const Model &model, const DrawnLevel &points, const Projection &projection,
+                     const TableOptions &own, std::span<const std::int8_t> offsets, Framebuffer &target)
     : projection_(projection), is_cut_(!projection.clip.empty()), shows_backs_(projection.shows_backs),
-      grid_(unit_grid(model.parameters.grid)), level_(own.level), points_(pbm::drawn_points(model, own.level, round_)),
+      grid_(unit_grid(model.parameters.grid)), level_(own.level), level_points_(points), points_(points.drawn()),
       point_normals_(points_.normals.data()), point_radii_(points_.radii.data()), offsets_(offsets), target_(target),
       table_(grid_, projection), frame_(projection, target.width, target.height),
       normals_(transform_normals(projection)), radii_(radius_table()),
@@ -115,7 +116,7 @@ void TableWalk::draw_octant(std::size_t octant, unsigned place, const std::vecto
         cursor_[level] = static_cast<std::size_t>(starts[level][octant]);
     const glm::vec4 centre = table_.centre + table_.child[1][place];
     if (level_ == 1)
-        draw_odd_point(octant, centre);
+        draw_sides(octant, centre);
     else
         draw_node(1, centre);
 }
@@ -158,7 +159,7 @@ void TableWalk::draw_node(int level, const glm::vec4 &centre) {
 
 // Draws the children of a node of the last level but one.
 void TableWalk::draw_points(unsigned mask, const glm::vec4 &centre) {
-    if (is_cut_) [[unlikely]]
+    if (is_cut_ || level_points_.has_sides()) [[unlikely]]
         return draw_cut_points(mask, centre);
     const auto &offset = table_.child[static_cast<std::size_t>(level_)];
     const std::uint16_t *const normals = point_normals_;
@@ -170,7 +171,7 @@ void TableWalk::draw_points(unsigned mask, const glm::vec4 &centre) {
     cursor_[static_cast<std::size_t>(level_)] = point;
 }
 
-// The same where the camera has a clip region: without those outside.
+// The same where the camera has a clip region, without those outside, and where points have sides.
 [[gnu::noinline]] void TableWalk::draw_cut_points(unsigned mask, const glm::vec4 &centre) {
     const auto &offset = table_.child[static_cast<std::size_t>(level_)];
     std::size_t &point = cursor_[static_cast<std::size_t>(level_)];
@@ -183,7 +184,7 @@ void TableWalk::draw_points(unsigned mask, const glm::vec4 &centre) {
                    0;
         });
         if (is_inside)
-            draw_odd_point(point, at);
+            draw_sides(point, at);
     }
 }
 
@@ -205,6 +206,13 @@ inline void TableWalk::draw_point(std::size_t index, Facing facing, const glm::v
     draw(shapes_[normal], {pixel, depth, inverse_depth, static_cast<std::uint32_t>(index)});
 }
 
+// Draws a point, and its other side if it has two.
+void TableWalk::draw_sides(std::size_t index, const glm::vec4 &centre) {
+    draw_odd_point(index, centre);
+    if (const auto second = level_points_.second(index))
+        draw_odd_point(*second, centre);
+}
+
 // Draws a point whose shape is not in the table.
 void TableWalk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     const float radius = radii_[point_radii_[index]];
@@ -216,6 +224,8 @@ void TableWalk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     float facing = glm::dot(normals_[normal].plane, glm::vec3(pixel, 1));
     const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0;
     const bool is_back = shows_backs_ && !two_sided && facing > kFacingSlack;
+    if ((point_normals_[index] & kSideBit) != 0 && facing > 0)
+        return;
     if (is_back || (two_sided && facing > 0)) {
         normal ^= kOppositeNormal;
         facing = -facing;
@@ -237,7 +247,7 @@ void TableWalk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
 [[gnu::noinline]] void TableWalk::draw_around_eye(std::size_t index, const glm::vec4 &centre) {
     std::optional<float> offset;
     if (!offsets_.empty())
-        offset = offset_of(offsets_[index]);
+        offset = offset_of(offsets_[level_points_.origin(index)]);
     drawn_points += draw_near({glm::vec3(centre), point_normals_[index], radii_[point_radii_[index]], offset,
                                static_cast<std::uint32_t>(index)},
                               voxel_, shows_backs_, frame_, target_);
@@ -256,7 +266,7 @@ inline void TableWalk::draw(const BlockShape &shape, const ScreenPoint &point) {
                                               SplatSize size) {
     ++drawn_points;
     const std::size_t index = point.index;
-    size.offset = offset_of(offsets_[index]);
+    size.offset = offset_of(offsets_[level_points_.origin(index)]);
     const BlockShape shape(project_splat(projection_, normals_[normal], point.pixel, facing, size));
     if (point.inverse_depth < pixel_splats_[point_radii_[index]])
         draw_pixel(shape, point, target_);
@@ -319,7 +329,8 @@ RenderStatistics TableRenderer::render(const Camera &camera, const RenderOptions
     clear(options, target);
     const Camera unit_camera = in_unit_grid(camera, model_.parameters);
     const Projection projection(unit_camera, target.width, target.height);
-    TableWalk walk(model_, projection, {level, own.splats}, offsets_[static_cast<std::size_t>(level)], target);
+    const DrawnLevel points(model_, level);
+    TableWalk walk(model_, points, projection, {level, own.splats}, offsets_[static_cast<std::size_t>(level)], target);
     if (level == 0) {
         walk.draw_root();
     } else {
@@ -342,7 +353,7 @@ RenderStatistics TableRenderer::render(const Camera &camera, const RenderOptions
         surroundings = surroundings_->in_frame(appearance, projection, options);
     const auto edge = static_cast<float>(model_.parameters.grid.edge());
     const PointShader shader(model_.parameters, appearance, projection, surroundings.get(), options, true);
-    resolve(LevelShader(model_, level, appearance, shader), !shader.is_positional(), edge, target);
+    resolve(LevelShader(model_, level, points, appearance, shader), !shader.is_positional(), edge, target);
     if (surroundings)
         surroundings->draw_behind(target, edge);
     return {level, model_.levels[static_cast<std::size_t>(level)].points.size(), walk.drawn_points};

@@ -43,11 +43,12 @@ class PointNames {
     PointNumbers numbers(const ShownPoint &shown) const {
         const PointRun &run = runs_[shown.run];
         const auto &materials = run.chunk->materials;
+        const std::uint32_t point_of_chunk = run.origins != nullptr ? run.origins[shown.point] : shown.point;
         return {.level = static_cast<std::uint32_t>(run.level),
                 .material = materials.empty() ? 0
                                               : static_cast<std::uint32_t>(
                                                     std::min<std::size_t>(materials[shown.point], last_material_)),
-                .point = static_cast<std::uint32_t>(run.entry->first_point + shown.point + 1)};
+                .point = static_cast<std::uint32_t>(run.entry->first_point + point_of_chunk + 1)};
     }
 
   private:

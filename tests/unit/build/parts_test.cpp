@@ -122,6 +122,12 @@ Part numbered_part(MortonCode first, std::size_t points, const AttributeSet &set
         voxels.fields.emplace_back(points * part.parameters.fields[f].bytes, static_cast<std::uint8_t>(f + first));
     if (points > 2)
         voxels.made = {voxels.codes[0], voxels.codes[2]};
+    for (std::size_t i = 1; i < points; i += 4) {
+        voxels.sides.codes.push_back(voxels.codes[i]);
+        voxels.sides.values.resize(2 * voxels.sides.codes.size(), set);
+        voxels.sides.values.radii.clear();
+        voxels.sides.values.normals.back() = static_cast<std::uint16_t>(i);
+    }
     return part;
 }
 
@@ -139,6 +145,8 @@ void expect_same(const Voxels &a, const Voxels &b) {
     EXPECT_EQ(a.points, b.points);
     EXPECT_EQ(a.fields, b.fields);
     EXPECT_EQ(a.made, b.made);
+    EXPECT_EQ(a.sides.codes, b.sides.codes);
+    EXPECT_EQ(a.sides.values, b.sides.values);
 }
 
 TEST(Parts, JoinedPartsAreTheWhole) {
@@ -156,6 +164,16 @@ TEST(Parts, JoinedPartsAreTheWhole) {
             whole.voxels.points, part.voxels.points);
         for (std::size_t f = 0; f < whole.voxels.fields.size(); ++f)
             cut(whole.voxels.fields[f], part.voxels.fields[f], whole.parameters.fields[f].bytes);
+        VoxelSides &sides = part.voxels.sides;
+        for (std::size_t i = 0; i < whole.voxels.sides.codes.size(); ++i) {
+            const MortonCode code = whole.voxels.sides.codes[i];
+            if (!std::binary_search(part.voxels.codes.begin(), part.voxels.codes.end(), code))
+                continue;
+            sides.codes.push_back(code);
+            sides.values.resize(2 * sides.codes.size(), set);
+            sides.values.radii.clear();
+            sides.values.normals.back() = whole.voxels.sides.values.normals[2 * i + 1];
+        }
         for (const MortonCode made : whole.voxels.made)
             if (std::binary_search(part.voxels.codes.begin(), part.voxels.codes.end(), made))
                 part.voxels.made.push_back(made);

@@ -2,6 +2,7 @@
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/container/field_sections.h"
 #include "pbm_format/container/layout.h"
+#include "pbm_format/container/point_streams.h"
 #include "pbm_format/container/section_encoder.h"
 #include "pbm_format/hashes/hash.h"
 #include "pbm_format/rasters/image_section.h"
@@ -64,6 +65,7 @@ enum TableNumber : std::uint8_t {
     field_table,
     field_entry_table,
     shape_table,
+    point_stream_table,
     table_count
 };
 
@@ -128,7 +130,7 @@ FileHeader some_header() {
     return header;
 }
 
-TEST(ByteTables, AreSixteen) { EXPECT_EQ(read_tables().size(), table_count); }
+TEST(ByteTables, AreSeventeen) { EXPECT_EQ(read_tables().size(), table_count); }
 
 TEST(ByteTables, OfTheHeaderAreTheCode) {
     const FileHeader header = some_header();
@@ -297,6 +299,14 @@ TEST(ByteTables, OfShapesIsTheCode) {
     const Material material{.shape = PointShape::round};
     expect_table(shape_table, encode_shapes(std::array{material}),
                  {integer("shape", 1, 1), {"later versions", Bytes(7)}});
+}
+
+TEST(ByteTables, OfPointStreamsAreTheCode) {
+    const PointStreamEntry entry{
+        .hash = 0x0102030405060708, .stored_bytes = 0x111213, .raw_bytes = 0x21222324, .zstd = true};
+    expect_table(point_stream_table, encode_stream_directory(std::array{entry}),
+                 {integer("XXH3-64", entry.hash, 8), integer("bits 0..23 stored bytes", 0x80111213, 4),
+                  integer("raw bytes", entry.raw_bytes, 4)});
 }
 
 TEST(ByteTables, OfAChunkEntryIsTheCode) {

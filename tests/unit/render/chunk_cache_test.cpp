@@ -42,7 +42,7 @@ class ChunkCaching : public testing::Test {
     std::uint32_t chunks_of(int level) const {
         return static_cast<std::uint32_t>(directories_[static_cast<std::size_t>(level) - 1]->chunks.size());
     }
-    std::uint64_t memory_of(ChunkPlace place) const { return loader().memory_of(place.level, entry_of(place)); }
+    std::uint64_t memory_of(ChunkPlace place) const { return loader().memory_of(place, entry_of(place)); }
     std::uint64_t memory_of_parents() const {
         std::uint64_t memory = 0;
         for (const ChunkPlace place : parents)

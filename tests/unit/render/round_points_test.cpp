@@ -1,7 +1,7 @@
 // Round points (BVG.md 18): discs that face the eye, whatever their normals, in every renderer and at every level.
 #include "pbm_format/model/point_values.h"
 #include "pbm_format/writing/writer.h"
-#include "pbm_render/bricks/round_points.h"
+#include "pbm_render/bricks/drawn_level.h"
 #include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fast/fast_renderer.h"
 #include "pbm_render/fine/fine_renderer.h"
@@ -122,10 +122,9 @@ TEST(RoundPoints, AreNeverBlack) {
 
 TEST(RoundPoints, OtherModelsKeepTheirStreams) {
     const Model model = lone_point(PointShape::disc, 0);
-    RoundPoints marked;
-    const PointView points = drawn_points(model, 5, marked);
-    EXPECT_TRUE(marked.normals.empty());
-    EXPECT_EQ(points.normals.data(), model.levels[5].points.normals.data());
+    const DrawnLevel points(model, 5);
+    EXPECT_EQ(points.drawn().normals.data(), model.levels[5].points.normals.data());
+    EXPECT_EQ(points.drawn().radii.data(), model.levels[5].points.radii.data());
 }
 
 // A point far from others has the same radius at every level, but for the steps of the table.

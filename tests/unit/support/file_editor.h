@@ -83,7 +83,10 @@ class FileEditor {
         for (std::uint64_t i = 0; chunks && i < count; ++i) {
             repair_chunks(kHeaderBytes + i * kSectionEntryBytes);
             repair_tiles(kHeaderBytes + i * kSectionEntryBytes);
-            repair_fields(kHeaderBytes + i * kSectionEntryBytes);
+            repair_values(kHeaderBytes + i * kSectionEntryBytes, SectionType::field_directory,
+                          SectionType::field_values, 12);
+            repair_values(kHeaderBytes + i * kSectionEntryBytes, SectionType::stream_directory,
+                          SectionType::stream_values, 16);
         }
         for (std::uint64_t i = 0; i < count; ++i) {
             const std::size_t at = kHeaderBytes + i * kSectionEntryBytes;
@@ -147,21 +150,20 @@ class FileEditor {
         set(at, hash64(part(at + 8, directory_bytes - 8)));
     }
 
-    // Of a directory of fields; the values are those of the same level.
-    void repair_fields(std::size_t directory_entry) {
-        constexpr std::size_t kEntryBytes = 12;
-        if (get<std::uint32_t>(directory_entry) != static_cast<std::uint32_t>(SectionType::field_directory))
+    // Of a directory of fields or of a point stream; the values have the same instance.
+    void repair_values(std::size_t directory_entry, SectionType type, SectionType of_values, std::size_t entry_bytes) {
+        if (get<std::uint32_t>(directory_entry) != static_cast<std::uint32_t>(type))
             return;
         const std::size_t directory = get<std::uint64_t>(directory_entry + 24);
-        const std::size_t entries = get<std::uint64_t>(directory_entry + 32) / kEntryBytes;
+        const std::size_t entries = get<std::uint64_t>(directory_entry + 32) / entry_bytes;
         std::uint64_t at = 0;
         for (std::size_t entry = kHeaderBytes; at == 0 && entry < file_.size(); entry += kSectionEntryBytes)
-            if (get<std::uint32_t>(entry) == static_cast<std::uint32_t>(SectionType::field_values) &&
+            if (get<std::uint32_t>(entry) == static_cast<std::uint32_t>(of_values) &&
                 get<std::uint32_t>(entry + 8) == get<std::uint32_t>(directory_entry + 8))
                 at = get<std::uint64_t>(entry + 24);
-        for (std::size_t i = 0; i < entries && directory + i * kEntryBytes < file_.size(); ++i) {
-            const std::uint64_t stored = get<std::uint32_t>(directory + i * kEntryBytes + 8) & 0xFFFFFF;
-            set(directory + i * kEntryBytes, hash64(part(at, stored)));
+        for (std::size_t i = 0; i < entries && directory + i * entry_bytes < file_.size(); ++i) {
+            const std::uint64_t stored = get<std::uint32_t>(directory + i * entry_bytes + 8) & 0xFFFFFF;
+            set(directory + i * entry_bytes, hash64(part(at, stored)));
             at += stored;
         }
     }

@@ -5,6 +5,7 @@
 #include "pbm_format/model/octree.h"
 #include "unit/support/random.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -82,6 +83,71 @@ inline void add_fields(Model &model) {
         set_stored_value(finest.fields[2], i, 1, has_none ? 0 : static_cast<std::uint32_t>(1 + random.below(4)));
     }
     average_fields(model, 1);
+}
+
+// Gives every third point of the levels above 0 two sides of any values, all points of level 1.
+inline void add_sides(Model &model) {
+    Random random(8);
+    const AttributeSet &set = model.parameters.attributes;
+    for (std::size_t level = 1; level < model.levels.size(); ++level) {
+        Sides &sides = model.levels[level].sides;
+        for (std::uint32_t i = 0; i < model.levels[level].points.size(); i += level == 1 ? 1 : 3)
+            sides.points.push_back(i);
+        sides.values.resize(2 * sides.size(), set);
+        sides.values.radii.clear();
+        for (std::size_t i = 0; i < 2 * sides.size(); ++i)
+            sides.values.normals[i] = static_cast<std::uint16_t>(random.below(kNormalCount));
+        for (std::uint8_t &value : sides.values.colours)
+            value = static_cast<std::uint8_t>(random.below(256));
+        for (std::uint8_t &value : sides.values.materials)
+            value = static_cast<std::uint8_t>(random.below(model.parameters.materials.size()));
+        for (std::uint8_t &value : sides.values.textures)
+            value = static_cast<std::uint8_t>(random.below(256));
+        for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light)
+            for (std::uint8_t &value : sides.values.shadows[light])
+                value = static_cast<std::uint8_t>(random.below(std::uint64_t{1} << set.shadow_bits[light][level]));
+    }
+}
+
+// A wall of one layer of voxels across z in the middle of the cube, red above and blue below; each node of coarser
+// levels has both sides. `two_layers`: of two layers, one of each colour, so that the finest points are one-sided.
+inline Model thin_wall(bool two_layers) {
+    constexpr int kWallDepth = 4;
+    Model model;
+    model.metadata = "{}";
+    model.parameters.grid.depth = kWallDepth;
+    model.parameters.attributes.colour = ColourFormat::rgb888;
+    model.parameters.materials.resize(1);
+    const AttributeSet &set = model.parameters.attributes;
+    std::vector<MortonCode> codes;
+    for (std::uint32_t x = 0; x < 16; ++x)
+        for (std::uint32_t y = 0; y < 16; ++y)
+            for (std::uint32_t z = 8; z < (two_layers ? 10U : 9U); ++z)
+                codes.push_back(morton_encode(x, y, z));
+    std::sort(codes.begin(), codes.end());
+    PointAttributes points;
+    points.resize(codes.size(), set);
+    Sides sides;
+    sides.values.resize(two_layers ? 0 : 2 * codes.size(), set);
+    sides.values.radii.clear();
+    const std::uint16_t up = quantise_normal(0, 0, 1), down = quantise_normal(0, 0, -1);
+    const Rgb8 red{220, 40, 40}, blue{40, 40, 220};
+    for (std::size_t i = 0; i < codes.size(); ++i) {
+        const bool is_above = morton_decode(codes[i])[2] == 9;
+        points.normals[i] = two_layers ? (is_above ? up : down) : static_cast<std::uint16_t>(up | kTwoSidedBit);
+        points.radii[i] = 190;
+        set_point_colour(points, i, set.colour, two_layers ? (is_above ? red : blue) : Rgb8{160, 40, 160});
+        if (two_layers)
+            continue;
+        sides.points.push_back(static_cast<std::uint32_t>(i));
+        sides.values.normals[2 * i] = up;
+        sides.values.normals[2 * i + 1] = down;
+        set_point_colour(sides.values, 2 * i, set.colour, red);
+        set_point_colour(sides.values, 2 * i + 1, set.colour, blue);
+    }
+    set_levels(model, std::move(codes), std::move(points), 1);
+    model.levels.back().sides = std::move(sides);
+    return model;
 }
 
 // Every attribute there is; light 0 has 1-bit flags at the finest level and 4-bit fractions above, light 1 8 bits.

@@ -194,6 +194,26 @@ bool needs_triangles(const BuildOptions &options, bool has_points) {
     return shadows && !shadows->maps && !has_points;
 }
 
+// The sides of the finest points, which have the texture values of their points, and the lit fractions too unless they
+// were baked. Frees those of the voxels.
+Sides settle_sides(Voxels &voxels, const AttributeSet &set) {
+    Sides sides{.points = {}, .values = std::move(voxels.sides.values)};
+    auto code = voxels.codes.begin();
+    for (const MortonCode with_sides : voxels.sides.codes) {
+        code = std::lower_bound(code, voxels.codes.end(), with_sides);
+        sides.points.push_back(static_cast<std::uint32_t>(code - voxels.codes.begin()));
+    }
+    free_memory(voxels.sides.codes);
+    for (const StreamInfo &stream : streams_of(set)) {
+        if (stream.kind != StreamKind::texture && stream.kind != StreamKind::shadow)
+            continue;
+        Bytes &values = sides.values.values(stream);
+        for (std::size_t i = values.size() / 2; i < sides.size(); ++i)
+            values.insert(values.end(), 2, voxels.points.values(stream)[sides.points[i]]);
+    }
+    return sides;
+}
+
 // Computes what needs the neighbours of points, or all of them. `triangles`: of needs_triangles.
 Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &run) {
     const int threads = run.options.threads;
@@ -212,7 +232,12 @@ Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &ru
     if (Status allowed = refuse_denied(statistics, run.options.denied); !allowed)
         return allowed.error();
     run.clock.run("detail levels", [&] {
+        Sides sides = settle_sides(voxels, model.parameters.attributes);
         set_levels(model, std::move(voxels.codes), std::move(voxels.points), threads, std::move(voxels.fields));
+        model.levels.back().sides = std::move(sides);
+        // The normals of round points mean nothing.
+        if (std::none_of(model.parameters.materials.begin(), model.parameters.materials.end(), is_round))
+            gather_sides(model, threads);
     });
 
     statistics.points = model.point_count();

@@ -97,6 +97,7 @@ void settle_round(Voxels &voxels, ModelParameters &parameters) {
     Bytes &ids = voxels.points.materials;
     if (ids.empty() || std::none_of(materials.begin(), materials.end(), is_round))
         return;
+    voxels.sides = {};
     std::array<std::uint8_t, kMaxMaterials> kept{}; // [material] its new index + 1; 0: no voxel has it
     for (std::size_t i = 0; i < ids.size(); ++i) {
         kept[ids[i]] = 1;

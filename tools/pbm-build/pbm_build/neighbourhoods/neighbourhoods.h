@@ -44,7 +44,8 @@ std::vector<Neighbourhood> classify(std::span<const std::uint32_t> nearest, std:
 bool make_round(Surface &surface, std::span<const std::uint8_t> is_round);
 
 // Makes voxels of round points two-sided, all of whose normals are set. Leaves out materials that no voxel has, and
-// their stream if one material is left. Without round points nothing changes.
+// their stream if one material is left. Voxels lose their sides, which would name the old materials. Without round
+// points nothing changes.
 void settle_round(Voxels &voxels, ModelParameters &parameters);
 
 } // namespace pbm::build

@@ -29,6 +29,7 @@ Part join(std::vector<Part> parts) {
             voxels.points);
         for (std::size_t f = 0; f < all.fields.size(); ++f)
             append(all.fields[f], voxels.fields[f]);
+        append_sides(voxels.sides, set, all.sides);
         append(all.made, voxels.made);
         whole.statistics.samples += parts[i].statistics.samples;
     }

@@ -201,15 +201,30 @@ Status read_voxels(PartReader &in, const ModelParameters &parameters, std::uint6
         [&](const StreamInfo &, std::size_t width, auto &column) { in.next(column, points * width); }, voxels.points);
     for (const Field &field : parameters.fields)
         in.next(voxels.fields.emplace_back(), points * field.bytes);
+    VoxelSides &sides = voxels.sides;
+    const ByteView side_codes = in.next();
+    sides.codes.resize(side_codes.size() / sizeof(MortonCode));
+    std::copy_n(side_codes.begin(), sides.codes.size() * sizeof(MortonCode),
+                reinterpret_cast<std::uint8_t *>(sides.codes.data()));
+    for_columns(
+        parameters.attributes,
+        [&](const StreamInfo &stream, std::size_t width, auto &column) {
+            if (stream.kind != StreamKind::radius)
+                in.next(column, 2 * sides.codes.size() * width);
+        },
+        sides.values);
     const ByteView made = in.next();
     voxels.made.resize(made.size() / sizeof(MortonCode));
     std::copy_n(made.begin(), voxels.made.size() * sizeof(MortonCode),
                 reinterpret_cast<std::uint8_t *>(voxels.made.data()));
-    const Bytes &materials = voxels.points.materials;
-    const bool has_material_of_each = std::all_of(materials.begin(), materials.end(), [&](std::uint8_t material) {
-        return material < parameters.materials.size();
-    });
-    return in.ok() && in.is_at_end() && has_material_of_each ? Status() : Status(damaged());
+    const auto have_materials = [&](const Bytes &materials) {
+        return std::all_of(materials.begin(), materials.end(),
+                           [&](std::uint8_t material) { return material < parameters.materials.size(); });
+    };
+    const bool is_right =
+        have_materials(voxels.points.materials) && have_materials(sides.values.materials) &&
+        std::includes(voxels.codes.begin(), voxels.codes.end(), sides.codes.begin(), sides.codes.end());
+    return in.ok() && in.is_at_end() && is_right ? Status() : Status(damaged());
 }
 
 Result<MappedFile> open_part(const std::string &path) {
@@ -252,6 +267,14 @@ Status write_part(const std::string &path, const PartName &name, const Part &par
         [&](const StreamInfo &, std::size_t, const auto &column) { out.add(bytes_of_values(column)); }, voxels.points);
     for (const Bytes &field : voxels.fields)
         out.add(field);
+    out.add(bytes_of_values(voxels.sides.codes));
+    for_columns(
+        parameters.attributes,
+        [&](const StreamInfo &stream, std::size_t, const auto &column) {
+            if (stream.kind != StreamKind::radius)
+                out.add(bytes_of_values(column));
+        },
+        voxels.sides.values);
     out.add(bytes_of_values(voxels.made));
     return out.finish();
 }

@@ -166,6 +166,54 @@ TriangleTree tree_of(const Surface &surface, const Grid &grid, int threads) {
     return TriangleTree(surface.triangles.size(), triangle, threads);
 }
 
+// Bakes the shadows of one side after the other of thin walls, by rays: both sides of a wall lie in its voxels, and
+// each is in the shadow of the other. Leaves their lit fractions out where the triangles are not the whole model.
+class SideBaker {
+  public:
+    SideBaker(const Grid &grid, const Voxels &voxels, const TriangleTree &tree, int threads)
+        : codes_(voxels.sides.codes) {
+        if (codes_.empty())
+            return;
+        auto code = voxels.codes.begin();
+        for (const MortonCode with_sides : codes_) {
+            code = std::lower_bound(code, voxels.codes.end(), with_sides);
+            radii_.push_back(voxels.points.radii[static_cast<std::size_t>(code - voxels.codes.begin())]);
+        }
+        for (std::size_t side = 0; side < 2; ++side) {
+            for (std::size_t i = 0; i < codes_.size(); ++i)
+                normals_[side].push_back(voxels.sides.values.normals[2 * i + side]);
+            casters_[side].emplace(
+                grid,
+                PointsOfLevel{
+                    .level = grid.depth, .codes = codes_, .normals = normals_[side], .radii = radii_, .closed = true},
+                threads);
+            rays_[side].emplace(*casters_[side], tree, threads, kLift);
+        }
+    }
+
+    void bake(const Light &light, ShadowOptions options, Bytes &to) const {
+        if (codes_.empty() || !rays_[0]->complete())
+            return;
+        options.progress = {};
+        to.resize(2 * codes_.size());
+        for (std::size_t side = 0; side < 2; ++side) {
+            options.rays = &*rays_[side];
+            const Bytes lit = bake_light(*casters_[side], light, options);
+            for (std::size_t i = 0; i < lit.size(); ++i)
+                to[2 * i + side] = lit[i];
+        }
+    }
+
+  private:
+    static constexpr float kLift = 1; // voxels: a ray starts in front of the whole wall
+
+    std::span<const MortonCode> codes_;
+    Bytes radii_;
+    std::array<std::vector<std::uint16_t>, 2> normals_;
+    std::array<std::optional<ShadowCasters>, 2> casters_;
+    std::array<std::optional<ShadowRays>, 2> rays_;
+};
+
 } // namespace
 
 void set_materials(std::vector<Surface> &surfaces, const SceneRequest &request, BuildStatistics &statistics) {
@@ -237,8 +285,11 @@ void bake_shadows(const SceneRequest &request, const Scene &scene, std::optional
                                  .closed = model.parameters.closed},
                                 options.threads);
     std::optional<ShadowRays> rays;
-    if (tree)
+    std::optional<SideBaker> sides;
+    if (tree) {
         rays.emplace(casters, *tree, options.threads);
+        sides.emplace(grid, voxels, *tree, options.threads);
+    }
     for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light) {
         ShadowOptions shadow = shadow_options(request, scene, light, options.threads);
         shadow.rays = rays ? &*rays : nullptr;
@@ -249,6 +300,8 @@ void bake_shadows(const SceneRequest &request, const Scene &scene, std::optional
         };
         shadow.progress = [&](double done) { part(scene.ground ? done / 2 : done); };
         voxels.points.shadows[light] = bake_light(casters, scene.lights[light], shadow);
+        if (sides)
+            sides->bake(scene.lights[light], shadow, voxels.sides.values.shadows[light]);
         if (!scene.ground)
             continue;
         shadow.maps = ground_maps(request, scene, light, shadow.maps);

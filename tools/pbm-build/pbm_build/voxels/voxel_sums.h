@@ -38,6 +38,8 @@ struct VoxelSums {
 
     // Whether the normals cancel to less than half of the votes: a thin wall, which takes the normal of its plane.
     bool is_thin() const;
+    // Whether they cancel to less than three quarters: there may be a wall in the voxel.
+    bool may_be_wall() const;
 
     Rgb8 mean_colour() const; // taken in linear light
     // Stores the attributes other than normal, colour and material.
@@ -54,7 +56,13 @@ struct PlaneSums {
             for (std::size_t axis = 0; axis < 3; ++axis)
                 columns[k][axis] += std::int64_t{n[k]} * n[axis];
     }
+    // The normal of the plane, of any length.
+    const std::array<std::int64_t, 3> &normal() const;
 };
+
+// Whether two groups of samples of a voxel are the two sides of a wall: each faces one way, the two face opposite ways,
+// and none is less than an eighth of them.
+bool are_sides(const VoxelSums &a, const VoxelSums &b);
 
 // Index | kTwoSidedBit, or kNoNormal. A voxel is two-sided if it is thin, or if at least half of its votes are.
 std::uint16_t mean_normal(const VoxelSums &sums);   // of a voxel that is not thin

@@ -79,19 +79,19 @@ class BucketVoxelizer {
         for (std::size_t begin = 0; begin < hits.size(); begin += MixedRows::kRows)
             add_rows(hits.subspan(begin, std::min(hits.size() - begin, MixedRows::kRows)), block, &normals_[begin]);
         voxels_.points.resize(first + count, set_);
-        bool thin = false;
+        bool may_be_walls = false;
         for (std::size_t i = 0; i < count; ++i) {
             if (is_hole(sums_[i]))
                 continue;
             store(sums_[i], first + i);
             if (set_.material)
                 voxels_.points.materials[first + i] = majority(votes_[i]);
-            thin |= sums_[i].is_thin();
+            may_be_walls |= sums_[i].may_be_wall();
         }
         for (std::size_t f = 0; f < fields_.size(); ++f)
             field_votes_[f].append(fields_[f].bytes, voxels_.fields[f]);
-        if (thin)
-            average_thin(hits, first);
+        if (may_be_walls)
+            average_walls(hits, block, first);
         if (std::exchange(has_holes_, false))
             remove_holes(first);
     }
@@ -190,20 +190,77 @@ class BucketVoxelizer {
             set_point_colour(voxels_.points, point, set_.colour, sums.mean_colour());
     }
 
-    void average_thin(std::span<const Hit> hits, std::size_t first) {
-        std::vector<std::uint32_t> planes_of(sums_.size(), 0);
+    // Gives thin voxels the normal of their plane, and those with a wall both of its sides.
+    void average_walls(std::span<const Hit> hits, const glm::ivec3 &block, std::size_t first) {
+        wall_of_.assign(sums_.size(), 0);
         std::vector<PlaneSums> planes(1); // the first belongs to nothing
         for (std::size_t i = 0; i < sums_.size(); ++i)
-            if (sums_[i].is_thin()) {
-                planes_of[i] = static_cast<std::uint32_t>(planes.size());
+            if (!is_hole(sums_[i]) && sums_[i].may_be_wall()) {
+                wall_of_[i] = static_cast<std::uint32_t>(planes.size());
                 planes.emplace_back();
             }
+        std::vector<Hit> of_walls;
         for (std::size_t i = 0; i < hits.size(); ++i)
-            if (const std::uint32_t plane = planes_of[point_in_block_[voxel_in_block(hits[i])]]; plane != 0)
-                planes[plane].add({normals_[i][0], normals_[i][1], normals_[i][2]});
+            if (const std::uint32_t wall = wall_of_[point_in_block_[voxel_in_block(hits[i])]]; wall != 0) {
+                planes[wall].add({normals_[i][0], normals_[i][1], normals_[i][2]});
+                of_walls.push_back(hits[i]);
+            }
         for (std::size_t i = 0; i < sums_.size(); ++i)
-            if (planes_of[i] != 0)
-                voxels_.points.normals[first + i] = plane_normal(planes[planes_of[i]]);
+            if (wall_of_[i] != 0 && sums_[i].is_thin())
+                voxels_.points.normals[first + i] = plane_normal(planes[wall_of_[i]]);
+        walls_.assign(planes.size(), {});
+        for (std::size_t begin = 0; begin < of_walls.size(); begin += MixedRows::kRows)
+            add_to_walls(std::span(of_walls).subspan(begin, std::min(of_walls.size() - begin, MixedRows::kRows)), block,
+                         planes);
+        for (std::size_t i = 0; i < sums_.size(); ++i)
+            if (const WallSums &wall = walls_[wall_of_[i]]; wall_of_[i] != 0 && are_sides(wall.sides[0], wall.sides[1]))
+                store_sides(wall, voxels_.codes[first + i]);
+    }
+
+    // Samples of both sides of a wall: those whose normals point along that of its plane, and the others.
+    struct WallSums {
+        std::array<VoxelSums, 2> sides;
+        std::array<MaterialVotes, 2> votes{};
+    };
+
+    // At most MixedRows::kRows hits of voxels that may hold walls.
+    void add_to_walls(std::span<const Hit> hits, const glm::ivec3 &block, std::span<const PlaneSums> planes) {
+        for (std::size_t row = 0; row < hits.size(); ++row)
+            rows_.mixed.places[row] = place_in_block(voxel_in_block(hits[row]));
+        cursor_.take(hits, block, rows_);
+        const auto &normals = rows_.mixed.normals.rounded;
+        const auto &colours = rows_.mixed.colours;
+        for (std::size_t row = 0; row < hits.size(); ++row) {
+            const Sample::Rest &rest = rows_.rest[row];
+            const std::uint32_t wall = wall_of_[point_in_block_[voxel_in_block(hits[row])]];
+            const std::array<std::int32_t, 3> normal{normals[0][row], normals[1][row], normals[2][row]};
+            double along = 0;
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                along += static_cast<double>(planes[wall].normal()[axis]) * normal[axis];
+            if (rest.is_hole || along == 0)
+                continue;
+            const std::size_t side = along > 0 ? 0 : 1;
+            walls_[wall].sides[side].add_normal(normal, rest.two_sided);
+            if (set_.colour != ColourFormat::none)
+                walls_[wall].sides[side].add_colour({colours[0][row], colours[1][row], colours[2][row]});
+            if (set_.material)
+                ++walls_[wall].votes[side][rest.material];
+        }
+    }
+
+    void store_sides(const WallSums &wall, MortonCode code) {
+        VoxelSides &to = voxels_.sides;
+        to.codes.push_back(code);
+        to.values.resize(2 * to.codes.size(), set_);
+        to.values.radii.clear();
+        for (std::size_t side = 0; side < 2; ++side) {
+            const std::size_t at = 2 * (to.codes.size() - 1) + side;
+            to.values.normals[at] = quantise_normal(wall.sides[side].normal);
+            if (set_.colour != ColourFormat::none)
+                set_point_colour(to.values, at, set_.colour, wall.sides[side].mean_colour());
+            if (set_.material)
+                to.values.materials[at] = majority(wall.votes[side]);
+        }
     }
 
     HitStore &store_;
@@ -217,12 +274,24 @@ class BucketVoxelizer {
     std::vector<VoxelSums> sums_;
     std::vector<MaterialVotes> votes_;
     SampleRows rows_;
-    bool has_holes_ = false;           // an image cuts a sample of the block away
-    std::vector<ShortNormal> normals_; // of the block's hits
+    bool has_holes_ = false;             // an image cuts a sample of the block away
+    std::vector<ShortNormal> normals_;   // of the block's hits
+    std::vector<std::uint32_t> wall_of_; // of each voxel of the block, in walls_; 0: none
+    std::vector<WallSums> walls_;
     Voxels voxels_;
 };
 
 } // namespace
+
+void append_sides(const VoxelSides &from, const AttributeSet &set, VoxelSides &to) {
+    to.codes.insert(to.codes.end(), from.codes.begin(), from.codes.end());
+    for_columns(
+        set,
+        [](const StreamInfo &, std::size_t, auto &column, const auto &more) {
+            column.insert(column.end(), more.begin(), more.end());
+        },
+        to.values, from.values);
+}
 
 Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const BucketRange &range, const AttributeSet &set,
                 std::span<const Field> fields, int threads) {
@@ -265,6 +334,9 @@ Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const BucketRang
     for (std::size_t f = 0; f < fields.size(); ++f)
         gather(
             fields[f].bytes, all.fields.emplace_back(), [&](Voxels & of) -> auto & { return of.fields[f]; });
+    for (const std::unique_ptr<Voxels> &bucket : buckets)
+        if (bucket)
+            append_sides(bucket->sides, set, all.sides);
     return all;
 }
 

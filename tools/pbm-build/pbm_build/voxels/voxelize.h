@@ -10,12 +10,22 @@
 
 namespace pbm::build {
 
+// Both sides of voxels that hold a thin wall.
+struct VoxelSides {
+    std::vector<MortonCode> codes; // ascending
+    PointAttributes values;        // [codes][2], without radii: as Sides has them
+};
+
 struct Voxels {
     std::vector<MortonCode> codes; // ascending, unique
     PointAttributes points;        // radii: the largest of the samples
     std::vector<Bytes> fields;     // [fields] stored values
-    std::vector<MortonCode> made;  // those of `codes` that up-sampling filled, ascending
+    VoxelSides sides;
+    std::vector<MortonCode> made; // those of `codes` that up-sampling filled, ascending
 };
+
+// Appends sides of later voxels.
+void append_sides(const VoxelSides &from, const AttributeSet &set, VoxelSides &to);
 
 // Takes the hits in the buckets of `range` out of `store`, which was filled from `sampler`, and averages their samples.
 // `fields`: those of the sampler.
