@@ -29,6 +29,13 @@ Surface card(double gap) {
                 surface.triangles.push_back(side == 0 ? glm::uvec3(a, b, d) : glm::uvec3(a, d, b));
                 surface.triangles.push_back(side == 0 ? glm::uvec3(a, d, c) : glm::uvec3(a, c, d));
             }
+    // A speck above moves the card away from the middle of the grid, which no node crosses.
+    const auto first = static_cast<unsigned>(surface.positions.size());
+    for (const glm::dvec3 at : {glm::dvec3(0, 0, 0.37), glm::dvec3(0.02, 0, 0.37), glm::dvec3(0, 0.02, 0.37)}) {
+        surface.positions.push_back(at);
+        surface.colours.push_back({220, 40, 40});
+    }
+    surface.triangles.emplace_back(first, first + 1, first + 2);
     return surface;
 }
 
@@ -57,7 +64,7 @@ TEST(BuiltSides, FacesInOnePlaceKeepBothColoursAtEveryLevel) {
 }
 
 TEST(BuiltSides, AWallOfSomeVoxelsHasSidesAtCoarserLevelsAlone) {
-    const Model model = built(card(0.03), at_depth(8)); // 7.7 voxels
+    const Model model = built(card(0.02), at_depth(8)); // 5 voxels
     EXPECT_EQ(model.levels[8].sides.size(), 0U);
     EXPECT_EQ(model.levels[7].sides.size(), 0U);
     for (const std::size_t level : {4U, 5U})
@@ -66,7 +73,7 @@ TEST(BuiltSides, AWallOfSomeVoxelsHasSidesAtCoarserLevelsAlone) {
 
 TEST(BuiltSides, OneSheetHasNone) {
     Surface sheet = card(1e-4);
-    sheet.triangles.resize(sheet.triangles.size() / 2);
+    sheet.triangles.erase(sheet.triangles.begin(), sheet.triangles.begin() + 3200);
     const Model model = built(std::move(sheet), at_depth(7));
     for (const Level &level : model.levels)
         EXPECT_EQ(level.sides.size(), 0U);

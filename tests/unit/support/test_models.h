@@ -135,7 +135,7 @@ inline Model thin_wall(bool two_layers) {
     for (std::size_t i = 0; i < codes.size(); ++i) {
         const bool is_above = morton_decode(codes[i])[2] == 9;
         points.normals[i] = two_layers ? (is_above ? up : down) : static_cast<std::uint16_t>(up | kTwoSidedBit);
-        points.radii[i] = 190;
+        points.radii[i] = kMaxFinestRadius;
         set_point_colour(points, i, set.colour, two_layers ? (is_above ? red : blue) : Rgb8{160, 40, 160});
         if (two_layers)
             continue;
