@@ -5,12 +5,13 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 made=$PWD/build/arm64_packages
-[ ! -d "$made" ] || exit 0
 part=$made.part
 packages=(libc6-dev libhwy-dev libzstd-dev libxxhash-dev nlohmann-json3-dev libglm-dev libcli11-dev libisal-dev
     libjpeg62-turbo-dev libtomlplusplus-dev libpng-dev libstb-dev zlib1g-dev libwebp-dev libtiff-dev libsquish-dev
     libdraco-dev libmeshoptimizer-dev libexpat1-dev libeigen3-dev libgtest-dev)
 alone=(libopenmesh-dev libopenmesh1) # without the 53 packages that they name: none is needed
+wanted=$(printf '%s\n' "${packages[@]}" "${alone[@]}")
+[ "$(cat "$made/names" 2>/dev/null)" != "$wanted" ] || exit 0 # all of them are there
 
 rm -rf "$part"
 mkdir -p "$part"/{sources,state/lists/partial,cache/archives/partial,root/usr/lib,dpkg/info,dpkg/updates}
@@ -49,5 +50,7 @@ done
 # The one CMake package that names its files by /usr instead of by its own place.
 sed -i "s|\"/usr/lib/|\"$made/root/usr/lib/|g" "$part"/root/usr/lib/*/cmake/draco/draco-targets-none.cmake
 rm -r "$part/cache" "$part/state" "$part/sources"
+echo "$wanted" >"$part/names"
+rm -rf "$made"
 mv "$part" "$made"
 du -sm "$made" | sed 's|\t.*/build| MB in build|'

@@ -83,9 +83,9 @@ def declared_in(text):
     names = set()
     for inside in re.findall(r"^namespace (?:[\w:]+::HWY_NAMESPACE )?\{$(.*?)^\} // namespace", text, re.MULTILINE | re.DOTALL):
         for line in re.findall(r"^(?!using (?!\w+ =)|static_assert|[A-Z_]{4,}\()[a-zA-Z].*", inside, re.MULTILINE):
-            found = re.search(r"^(?:struct|class|enum(?: class)?) (\w+)|\b(\w+)(?= = |\(|\{|\[|;)", line)
+            found = re.search(r"^(?:struct|class|enum(?: class)?) (\w+)|\b([a-zA-Z_]\w*)(?= = |\(|\{|\[|;)", line)
             names.update(found.groups() if found else ())
-            names.update(re.findall(r", (\w+)(?= = )", line))
+            names.update(re.findall(r", ([a-zA-Z_]\w*)(?= = )", line))
     return names - {None}
 
 
@@ -199,9 +199,13 @@ def main():
             together.write_text(text_together(members))
             # Files of Highway include themselves once per target: together they do so for one. What one file declares
             # may hide what the next one does; compilers see each of them alone.
-            if tidy(together, (*together_flags, *STATIC_SIMD, "-Wno-shadow")):
+            if apart := tidy(together, (*together_flags, *STATIC_SIMD, "-Wno-shadow")):
                 half = len(members) // 2
-                return look_at((members[:half], together_flags)) + look_at((members[half:], together_flags))
+                said = look_at((members[:half], together_flags)) + look_at((members[half:], together_flags))
+                if not said and len(members) > TOGETHER // 2:  # their authors may want to know what costs this time
+                    reason = next((line for line in apart.splitlines() if ": error: " in line), apart)
+                    print(f"clang-tidy: {len(members)} files do not go together: {reason}", flush=True)
+                return said
             said = ""
         for file in members if not said else ():
             stamp, digest = stamp_of(file)

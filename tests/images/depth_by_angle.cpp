@@ -6,7 +6,7 @@
 
 namespace pbm {
 
-void add_depth_errors(const PictureTruth &truth, const Drawing &drawing, DepthByAngle &to) {
+void add_depth_errors(const PictureTruth &truth, const DrawnPicture &drawing, DepthByAngle &to) {
     const Framebuffer &drawn = drawing.picture;
     const RayImage &rays = truth.rays;
     for (std::size_t at = 0; at < drawn.pixels(); ++at) {

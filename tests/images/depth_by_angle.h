@@ -21,7 +21,7 @@ struct DepthErrors {
 // Index: cosine between the ray and the normal of the hit triangle, in steps of 0.1.
 using DepthByAngle = std::array<DepthErrors, 10>;
 
-void add_depth_errors(const PictureTruth &truth, const Drawing &drawing, DepthByAngle &to);
+void add_depth_errors(const PictureTruth &truth, const DrawnPicture &drawing, DepthByAngle &to);
 
 std::string to_text(const DepthByAngle &errors);
 

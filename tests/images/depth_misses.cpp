@@ -38,8 +38,8 @@ bool is_rough(const RayCaster &rays, const glm::dvec3 &hit, const glm::vec3 &fac
 
 } // namespace
 
-void add_depth_misses(const RayCaster &rays, const Camera &camera, const PictureTruth &truth, const Drawing &drawing,
-                      DepthMisses &to) {
+void add_depth_misses(const RayCaster &rays, const Camera &camera, const PictureTruth &truth,
+                      const DrawnPicture &drawing, DepthMisses &to) {
     const Framebuffer &drawn = drawing.picture;
     const PixelRays pixels(camera, drawn.width, drawn.height);
     const RayImage &image = truth.rays;

@@ -23,8 +23,8 @@ struct DepthMisses {
 };
 
 // `truth` holds the rays of `camera`.
-void add_depth_misses(const RayCaster &rays, const Camera &camera, const PictureTruth &truth, const Drawing &drawing,
-                      DepthMisses &to);
+void add_depth_misses(const RayCaster &rays, const Camera &camera, const PictureTruth &truth,
+                      const DrawnPicture &drawing, DepthMisses &to);
 
 std::string to_text(const DepthMisses &misses);
 

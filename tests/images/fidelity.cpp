@@ -77,7 +77,7 @@ PictureTruth::PictureTruth(RayImage image, int picture_width, bool shows_backs)
     farthest_outside_2 = around(outside, width, 2, greater);
 }
 
-FidelityFigures compare(const PictureTruth &truth, std::span<const Srgb> colours, const Drawing &drawing) {
+FidelityFigures compare(const PictureTruth &truth, std::span<const Srgb> colours, const DrawnPicture &drawing) {
     const Framebuffer &drawn = drawing.picture;
     FidelityFigures figures;
     for (std::size_t at = 0; at < drawn.pixels(); ++at) {
@@ -138,7 +138,7 @@ void find_voxels(std::span<const PointRun> runs, FastRenderer &renderer, const G
 
 Draw draw_detail(StreamedModel &model, FastRenderer &fast, double max_error, int finest, const RenderOptions &options,
                  FineRenderer *fine, const std::function<void(std::span<PointRun>)> &change) {
-    return [&model, &fast, max_error, finest, options, fine, change](const Camera &camera, Drawing &drawing) {
+    return [&model, &fast, max_error, finest, options, fine, change](const Camera &camera, DrawnPicture &drawing) {
         Framebuffer &picture = drawing.picture;
         Result<Detail> detail = model.load({camera, picture.width, picture.height, max_error, finest});
         if (!detail)
@@ -172,7 +172,7 @@ std::array<Camera, 8> eight_views(const Sphere &bounds, UpAxis up, int width, in
 
 std::vector<View> measure_fidelity(std::span<const PictureTruth> truths, const Draw &draw,
                                    std::span<const Camera> cameras, int width, int height) {
-    Drawing drawing(width, height);
+    DrawnPicture drawing(width, height);
     std::vector<View> views;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
         const Camera &camera = cameras[i];

@@ -35,8 +35,8 @@ struct FidelityFigures {
 };
 
 // A picture and, where it is covered, the voxel edge of the level drawn there, model units: [height][width].
-struct Drawing {
-    Drawing(int width, int height) : picture(width, height), voxels(picture.pixels()) {}
+struct DrawnPicture {
+    DrawnPicture(int width, int height) : picture(width, height), voxels(picture.pixels()) {}
 
     Framebuffer picture;
     std::vector<float> voxels;
@@ -63,17 +63,17 @@ struct PictureTruth {
 };
 
 // `colours`: the result of `trace`, or empty.
-FidelityFigures compare(const PictureTruth &truth, std::span<const Srgb> colours, const Drawing &drawing);
+FidelityFigures compare(const PictureTruth &truth, std::span<const Srgb> colours, const DrawnPicture &drawing);
 
 // Peak signal-to-noise ratio of the interior, decibels.
 double psnr(const FidelityFigures &figures);
 
 // Fills a drawing, whose size is already set.
-using Draw = std::function<void(const Camera &camera, Drawing &drawing)>;
+using Draw = std::function<void(const Camera &camera, DrawnPicture &drawing)>;
 
 // Draws one level by a ReferenceRenderer or TableRenderer. Both references must outlive the result.
 template <class Renderer> Draw draw_level(const Renderer &renderer, const Grid &grid, int level) {
-    return [&renderer, &grid, level](const Camera &camera, Drawing &drawing) {
+    return [&renderer, &grid, level](const Camera &camera, DrawnPicture &drawing) {
         drawing.drawn = renderer.render(camera, {}, drawing.picture, {level});
         drawing.voxels.assign(drawing.voxels.size(), static_cast<float>(grid.voxel_size_at(drawing.drawn.level)));
     };

@@ -227,7 +227,7 @@ void measure(const RayCaster &rays, const Subject &subject, const ModelParameter
                       .edge = parameters.grid.edge(),
                       .shows_backs = shows_backs(Camera{}, parameters),
                       .shadowed = options.shadows ? parameters.attributes.lights : 0};
-    Drawing drawing(options.resolution.x, options.resolution.y);
+    DrawnPicture drawing(options.resolution.x, options.resolution.y);
     for (const NamedView &view : views) {
         const PictureTruth truth(rays.cast(view.camera, options.resolution.x, options.resolution.y, 0),
                                  options.resolution.x, scene.shows_backs);

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""PBM as a part of another project, without presets, without unity builds, in folders whose names have spaces:
+"""PBM as a part of another project, without presets, in folders whose names have spaces:
 check_subproject.py --cmake CMAKE --source PBM --work FOLDER --compiler C++ [--build-type TYPE] [--everything]
 
-Configures subproject/ with the whole of PBM, and builds the libraries of the run time and the readers of scans. --everything
-builds the programs too. Warnings are errors. With clang, plain char is unsigned, as on ARM (g++ 12 then compiles blends of
-vectors wrongly). PBM adds no test, no rule for installation, and no target with a common name.
+Configures subproject/ with the whole of PBM, and builds the libraries of the run time and the readers of scans, several
+files at a time. --everything builds the programs too, and every file alone. Warnings are errors. With clang, plain char is
+unsigned, as on ARM (g++ 12 then compiles blends of vectors wrongly). PBM adds no test, no rule for installation, and no
+target with a common name.
 """
 import argparse
 import os
@@ -35,7 +36,8 @@ source.unlink(missing_ok=True)
 source.symlink_to(pathlib.Path(arguments.source).resolve())
 
 options = {"CMAKE_CXX_COMPILER": arguments.compiler, "CMAKE_BUILD_TYPE": arguments.build_type, "PBM_SOURCE": source,
-           "CMAKE_CXX_FLAGS": "-funsigned-char" if "clang" in arguments.compiler else "", "PBM_WARNINGS_AS_ERRORS": "ON", "PBM_SIMD_TARGETS": "HWY_AVX2", "PBM_SAMPLE_VERTICES": "20000"}
+           "CMAKE_CXX_FLAGS": "-funsigned-char" if "clang" in arguments.compiler else "", "PBM_WARNINGS_AS_ERRORS": "ON",
+           "PBM_UNITY": "OFF" if arguments.everything else "ON", "PBM_SIMD_TARGETS": "HWY_AVX2", "PBM_SAMPLE_VERTICES": "20000"}
 must(arguments.cmake, "-S", HERE / "subproject", "-B", build, "-G", "Ninja",
      *(f"-D{name}={value}" for name, value in options.items()))
 targets = () if arguments.everything else ("--target", "read_points", "draw_picture", "pbm_scan")

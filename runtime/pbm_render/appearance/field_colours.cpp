@@ -91,9 +91,9 @@ std::array<double, 2> range_of(const Field &field, std::span<const std::uint32_t
 
 // "intensity", "scalar_Intensity", "reflectance".
 bool is_intensity(const std::string &name) {
-    std::string lower = name;
-    std::transform(lower.begin(), lower.end(), lower.begin(), lower_case);
-    const std::string_view text = lower;
+    std::string text = name;
+    for (char &letter : text)
+        letter = lower_case(letter);
     return text.ends_with("intensity") || text.ends_with("reflectance");
 }
 
