@@ -6,53 +6,62 @@
 #include <algorithm>
 #include <array>
 #include <bitset>
-#include <cstdlib>
 
 namespace pbm::build {
 namespace {
 
-constexpr std::size_t kAgreementBlock = 4096;
-constexpr double kScattered = 0.25;     // minimum of the mean roughness
-constexpr double kAgreement = 0.95;     // of the planes of a noisy surface: mean cosine between neighbours
+constexpr std::size_t kBlockOfCloud = 4096;
+constexpr double kScattered = 0.13;     // minimum of the mean roughness
+constexpr double kVeryRough = 0.25;     // a mean roughness that few points of a body have:
+constexpr double kFewRough = 0.3;       // maximum share of them
 constexpr float kMeanReflection = 0.5F; // of a light by a white point, over all directions of its normal
 
-// Mean of |cosine| between the normal of a point and those of its neighbours, x 32,767.
-std::int64_t agreement(std::span<const std::uint32_t> nearest, std::span<const ShortNormal> normals,
-                       std::size_t point) {
-    std::int64_t sum = 0;
-    for (const std::uint32_t neighbour : nearest)
-        sum += std::abs(dot(normals[point], normals[neighbour]));
-    return sum / (std::int64_t{32767} * static_cast<std::int64_t>(nearest.size()));
+using Sums = std::vector<std::uint32_t>; // [points]
+
+// Sums of the values of each point and its neighbours.
+Sums pooled(std::span<const std::uint32_t> nearest, const Sums &values, int threads) {
+    const std::size_t links = values.empty() ? 0 : nearest.size() / values.size();
+    Sums sums = values;
+    parallel_for(sums.size(), kBlockOfCloud, threads, [&](std::size_t i) {
+        for (const std::uint32_t neighbour : nearest.subspan(links * i, links))
+            sums[i] += values[neighbour];
+    });
+    return sums;
+}
+
+Sums values_of(std::span<const Spread> spreads, std::uint8_t Spread::*which) {
+    Sums values;
+    values.reserve(spreads.size());
+    for (const Spread &spread : spreads)
+        values.push_back(spread.*which);
+    return values;
 }
 
 } // namespace
 
 std::vector<Neighbourhood> classify(std::span<const std::uint32_t> nearest, std::size_t links,
-                                    std::span<const Spread> spreads, std::span<const ShortNormal> normals,
-                                    int threads) {
-    const std::size_t count = spreads.size();
-    const auto around = [&](std::size_t point) { return nearest.subspan(links * point, links); };
-    const auto votes = static_cast<std::int64_t>(links) + 1;
-    const auto least = static_cast<std::int64_t>(kScattered * 255) * votes;
-    std::vector<Neighbourhood> neighbourhoods(count, Neighbourhood::planar);
-    parallel_for(count, kAgreementBlock, threads, [&](std::size_t i) {
-        std::int64_t roughness = spreads[i].roughness;
-        for (const std::uint32_t neighbour : around(i))
-            roughness += spreads[neighbour].roughness;
-        neighbourhoods[i] = spreads[i].is_line   ? Neighbourhood::linear
-                            : roughness >= least ? Neighbourhood::scattered
-                                                 : Neighbourhood::planar;
-    });
-    const auto most = static_cast<std::int64_t>(kAgreement * 32767) * votes;
-    parallel_for(count, kAgreementBlock, threads, [&](std::size_t i) {
-        if (neighbourhoods[i] != Neighbourhood::scattered)
-            return;
-        std::int64_t agreements = agreement(around(i), normals, i);
-        for (const std::uint32_t neighbour : around(i))
-            agreements += agreement(around(neighbour), normals, neighbour);
-        if (agreements >= most)
-            neighbourhoods[i] = Neighbourhood::planar;
-    });
+                                    std::span<const Spread> spreads, bool looks_like_body, int threads) {
+    std::vector<Neighbourhood> neighbourhoods(spreads.size(), Neighbourhood::planar);
+    for (std::size_t i = 0; i < spreads.size(); ++i)
+        if (spreads[i].is_line)
+            neighbourhoods[i] = Neighbourhood::linear;
+    const double summed = static_cast<double>(links) + 1;
+    const Sums once = pooled(nearest, values_of(spreads, &Spread::roughness), threads);
+    const auto very_rough = static_cast<double>(std::count_if(
+        once.begin(), once.end(), [&](std::uint32_t roughness) { return roughness >= kVeryRough * 255 * summed; }));
+    if (looks_like_body && very_rough <= kFewRough * static_cast<double>(spreads.size()))
+        return neighbourhoods;
+    const auto pooled_twice = [&](const Sums &values) {
+        return pooled(nearest, pooled(nearest, values, threads), threads);
+    };
+    const Sums roughness = pooled(nearest, once, threads), at_few = pooled_twice(values_of(spreads, &Spread::at_few)),
+               at_many = pooled_twice(values_of(spreads, &Spread::at_many));
+    for (std::size_t i = 0; i < spreads.size(); ++i) {
+        const bool is_rough = roughness[i] >= kScattered * 255 * summed * summed;
+        const bool is_noise = 3 * at_many[i] < 2 * at_few[i];
+        if (is_rough && !is_noise && !spreads[i].is_line)
+            neighbourhoods[i] = Neighbourhood::scattered;
+    }
     return neighbourhoods;
 }
 

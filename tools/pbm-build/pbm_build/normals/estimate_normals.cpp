@@ -70,7 +70,7 @@ Orientation face_stations(const Surface &surface, const DistinctPoints &points, 
         if (!is_zero(sights[i]))
             is_given[i] = 1;
     if (std::find(is_given.begin(), is_given.end(), 0) == is_given.end())
-        return {Bytes(sights.size()), 0};
+        return {Bytes(sights.size()), 0, false};
     return orient_normals(neighbours.points(), fits, is_given, up, threads);
 }
 
@@ -273,7 +273,7 @@ Result<VertexNormals> estimate_normals(Surface &surface, const PointRequest &req
     std::uint64_t two_sided = 0;
     surface.two_sided.resize(surface.positions.size());
     const std::vector<Neighbourhood> neighbourhoods =
-        classify(fits.links.nearest, kLinks, fits.spreads, fits.normals, threads);
+        classify(fits.links.nearest, kLinks, fits.spreads, orientation.of_body, threads);
     Bytes is_round(normals.size());
     for (std::size_t i = 0; i < normals.size(); ++i)
         if (is_zero(normals[i])) {

@@ -52,6 +52,7 @@ class BlockFitter {
             is_narrow_[row] = best_.breadth[row] <= kLineBreadth;
             rough_rows_ += is_rough_[row] ? 1 : 0;
         }
+        at_few_ = at_many_ = best_.roughness;
         for (std::size_t scale = 1; scale < scales; ++scale)
             improve(rows.size(), std::clamp<std::size_t>(near, 1, kScales[scale]));
         columns_.find_borders(std::min(near, kMinNeighbours), best_, at_border_);
@@ -62,7 +63,8 @@ class BlockFitter {
             fits_.normals[point] =
                 to_short_normal({best_.normals[0][row], best_.normals[1][row], best_.normals[2][row]});
             fits_.at_border[point] = at_border_[row];
-            fits_.spreads[point] = {static_cast<std::uint8_t>(255 * best_.roughness[row] + 0.5),
+            const auto rounded = [](double roughness) { return static_cast<std::uint8_t>(255 * roughness + 0.5); };
+            fits_.spreads[point] = {rounded(best_.roughness[row]), rounded(at_few_[row]), rounded(at_many_[row]),
                                     scales == kScales.size() && best_.breadth[row] <= kLineBreadth};
         }
     }
@@ -91,6 +93,8 @@ class BlockFitter {
         columns_.fit(count, planes_);
         for (std::size_t row = 0; row < rows; ++row) {
             best_.breadth[row] = std::max(best_.breadth[row], planes_.breadth[row]);
+            if (is_rough_[row])
+                at_many_[row] = planes_.roughness[row];
             if (is_rough_[row] && planes_.roughness[row] < best_.roughness[row]) {
                 best_.roughness[row] = planes_.roughness[row];
                 for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -106,6 +110,7 @@ class BlockFitter {
     NeighbourCursor few_, many_; // neighbours: for the smallest scale, for all
     PlaneColumns columns_;
     Planes best_{}, planes_{};
+    PlaneColumns::Column<double> at_few_{}, at_many_{}; // roughness
     PlaneColumns::Column<bool> is_rough_{}, is_narrow_{};
     std::size_t rough_rows_ = 0; // of the rows before
     PlaneColumns::Column<std::uint8_t> at_border_{};

@@ -304,7 +304,7 @@ Orientation orient_normals(const std::vector<LatticePoint> &points, PlaneFits &f
     }
     std::vector<Side> sides(roots.size(), Side::unknown);
     std::vector<bool> closed(roots.size());
-    Orientation result{Bytes(count), 0};
+    Orientation result{Bytes(count), 0, false};
     for (std::size_t piece = 0; piece < roots.size(); ++piece) {
         const std::uint32_t root = roots[piece];
         closed[piece] = is_closed(patches.towards[root], patches.seen[root], sizes[piece]);
@@ -330,6 +330,7 @@ Orientation orient_normals(const std::vector<LatticePoint> &points, PlaneFits &f
     free_memory(patches.seen);
     free_memory(turned.roots);
     free_memory(turned.normals);
+    result.of_body = looks_like_body(evidence.view);
     turn_evidence(fits.links, flipped, evidence);
     const std::vector<Verdict> verdicts = reconsider_signs(fits, evidence, threads);
     for (std::size_t i = 0; i < count; ++i) {

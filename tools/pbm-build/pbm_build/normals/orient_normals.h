@@ -15,6 +15,7 @@ namespace pbm::build {
 struct Orientation {
     Bytes two_sided; // [points] 1: the sign is not known
     std::uint64_t pieces = 0;
+    bool of_body = false; // the points look like the surface of a body (outside_view.h)
 };
 
 // Orients `fits.normals` in place. Normals with is_given ([points], or empty) = 1 keep their sign and propagate it.

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstdlib>
 #include <limits>
 #include <span>
 
@@ -186,6 +187,17 @@ OutsideView view_from_outside(const std::vector<LatticePoint> &points, const std
         });
     }
     return seen;
+}
+
+bool looks_like_body(const OutsideView &view) {
+    constexpr std::int32_t kGlimpse = 0x2666; // 0.3 of a view
+    std::int64_t from_one_side = 0, from_both = 0, hidden = 0;
+    for (std::size_t i = 0; i < view.seen.size(); ++i) {
+        from_one_side += std::abs(view.towards[i]);
+        from_both += view.seen[i];
+        hidden += view.seen[i] < kGlimpse ? 1 : 0;
+    }
+    return 10 * from_one_side > 7 * from_both && 5 * hidden < static_cast<std::int64_t>(view.seen.size());
 }
 
 } // namespace pbm::build

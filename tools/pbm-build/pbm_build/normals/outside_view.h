@@ -18,4 +18,8 @@ struct OutsideView {
 OutsideView view_from_outside(const std::vector<LatticePoint> &points, const std::vector<ShortNormal> &normals,
                               double spacing, int threads);
 
+// Whether the points are those of a body's surface: few are hidden from everywhere, as within a crown, and each is seen
+// from one side, as a sheet is not.
+bool looks_like_body(const OutsideView &view);
+
 } // namespace pbm::build

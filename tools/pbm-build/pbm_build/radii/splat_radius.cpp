@@ -26,11 +26,10 @@ constexpr std::size_t kMoreNeighbours = NearVoxelCursor::kMax; // where these do
 constexpr double kFlatCosine = 0.9, kFlatSlope = 0.2; // limits of a flat surface between a point and a neighbour
 constexpr std::size_t kBorder = 5;                    // minimum reach at a border: the distance of this neighbour
 constexpr float kFarthestGiven = 1024; // squared distance of a made point from a given one; no gap is as wide
-constexpr float kRoundReach = 0.5F, kEdgeReach = 1; // radius of round points over the distance of their 2nd neighbour:
-                                                    // among others of their kind, and among points of a surface
-constexpr float kAllRound = 0.8F, kFewRound = 0.4F; // share of round points around that says so
-constexpr int kRoundStep = 3;                       // of its radius index
-constexpr double kOverlap = 1.1; // overlap of splats, since neighbours lie slightly off the tangent plane
+constexpr std::size_t kSecond = 2;     // neighbour whose distance is the spacing of points beside round ones
+constexpr float kRoundReach = 0.5F;    // radius of round points over that distance
+constexpr int kRoundStep = 3;          // of its radius index
+constexpr double kOverlap = 1.1;       // overlap of splats, since neighbours lie slightly off the tangent plane
 
 float distance_of(std::span<const Neighbour> near, std::size_t neighbour) {
     return near.empty() ? 0 : std::sqrt(near[std::min(neighbour, near.size()) - 1].squared_distance);
@@ -112,11 +111,37 @@ VoxelsAround indices_around(std::size_t voxel, std::span<const Neighbour> near) 
 struct Reach {
     float closed = 0, flat = 0, border = 0; // border: minimum
     bool open = false;
-    float round = 0; // maximum of a round point, else 0
+    float round = 0;        // maximum of a round point, else 0
+    float beside_round = 0; // maximum of a point of a surface beside round points, else 0
     VoxelsAround around{};
 };
 
-Reach reach_of(const Voxels &voxels, std::size_t voxel, NearVoxelCursor &cursor, float &ring) {
+bool is_round_point(const Voxels &voxels, std::span<const Material> materials, std::size_t voxel) {
+    const Bytes &ids = voxels.points.materials;
+    return !ids.empty() && is_round(materials[ids[voxel]]);
+}
+
+// A disc beside leaves ends where a neighbour lies a spacing off its plane, for it would hide what is behind that. 0
+// where no round point is near.
+float reach_beside_round(const Voxels &voxels, std::span<const Material> materials, std::size_t voxel,
+                         std::span<const Neighbour> near) {
+    if (std::none_of(near.begin(), near.end(),
+                     [&](const Neighbour &neighbour) { return is_round_point(voxels, materials, neighbour.voxel); }))
+        return 0;
+    const UnitVector &n = normal_table()[voxels.points.normals[voxel] & kNormalIndexMask];
+    const glm::dvec3 normal(n[0], n[1], n[2]);
+    const auto spacing = static_cast<double>(distance_of(near, kSecond));
+    double squared_reach = near.back().squared_distance;
+    for (const Neighbour &neighbour : near) {
+        const double height = glm::dot(glm::dvec3(neighbour.offset), normal);
+        if (height * height > spacing * spacing)
+            squared_reach = std::min(squared_reach, neighbour.squared_distance - height * height);
+    }
+    return static_cast<float>(std::max(spacing, std::sqrt(std::max(squared_reach, 0.0))));
+}
+
+Reach reach_of(const Voxels &voxels, std::span<const Material> materials, std::size_t voxel, NearVoxelCursor &cursor,
+               float &ring) {
     std::array<Neighbour, kMoreNeighbours> found;
     auto near = std::span(found).first(cursor.nearest(voxel, std::span(found).first(kCellNeighbours)));
     const CellReach cell = reach_of_cell(voxels, voxel, near);
@@ -124,6 +149,7 @@ Reach reach_of(const Voxels &voxels, std::size_t voxel, NearVoxelCursor &cursor,
                 cell.open ? distance_of(near, kBorder) : 0, cell.open, 0};
     ring = distance_of(near, kRing);
     reach.around = indices_around(voxel, near);
+    reach.beside_round = reach_beside_round(voxels, materials, voxel, near);
     const bool beside_made = cell.open && !voxels.made.empty(); // the nearest may all be made ones
     if (cell.at_gap || beside_made) {
         near = std::span(found).first(cursor.nearest(voxel, found));
@@ -137,23 +163,12 @@ Reach reach_of(const Voxels &voxels, std::size_t voxel, NearVoxelCursor &cursor,
     return reach;
 }
 
-bool is_round_point(const Voxels &voxels, std::span<const Material> materials, std::size_t voxel) {
-    const Bytes &ids = voxels.points.materials;
-    return !ids.empty() && is_round(materials[ids[voxel]]);
-}
-
-Reach reach_of_round(const Voxels &voxels, std::span<const Material> materials, std::size_t voxel,
-                     NearVoxelCursor &cursor, float &ring) {
+Reach reach_of_round(std::size_t voxel, NearVoxelCursor &cursor, float &ring) {
     std::array<Neighbour, kCellNeighbours> found;
     const auto near = std::span(found).first(cursor.nearest(voxel, found));
     ring = distance_of(near, kRing);
-    const auto round = std::count_if(near.begin(), near.end(), [&](const Neighbour &neighbour) {
-        return is_round_point(voxels, materials, neighbour.voxel);
-    });
-    const float share = near.empty() ? 1 : static_cast<float>(round) / static_cast<float>(near.size());
-    const float alone = std::clamp((kAllRound - share) / (kAllRound - kFewRound), 0.0F, 1.0F);
     Reach reach;
-    reach.round = (kRoundReach + (kEdgeReach - kRoundReach) * alone) * distance_of(near, 2);
+    reach.round = kRoundReach * distance_of(near, kSecond);
     reach.around = indices_around(voxel, near);
     return reach;
 }
@@ -310,8 +325,8 @@ void radii_from_neighbours(Voxels &voxels, std::span<const Material> materials, 
         for (std::size_t i = begin; i < end; ++i) {
             const std::size_t voxel = missing[i];
             reaches[i] = is_round_point(voxels, materials, voxel)
-                             ? reach_of_round(voxels, materials, voxel, cursor, rings[voxel])
-                             : reach_of(voxels, voxel, cursor, rings[voxel]);
+                             ? reach_of_round(voxel, cursor, rings[voxel])
+                             : reach_of(voxels, materials, voxel, cursor, rings[voxel]);
         }
     });
     std::optional<GivenSpacing> given;
@@ -331,8 +346,10 @@ void radii_from_neighbours(Voxels &voxels, std::span<const Material> materials, 
             spacing = std::max(spacing, given->around[missing[i]]);
             border = reach.open ? std::max(border, given->border[missing[i]]) : 0;
         }
-        const auto wanted = std::max(
+        auto wanted = std::max(
             {std::min(reach.closed, spacing), border, std::min(reach.flat, static_cast<float>(kFlatGap) * spacing)});
+        if (reach.beside_round > 0)
+            wanted = std::min(wanted, reach.beside_round);
         const double most = ring > kOutlierFactor * median ? median : kStray * median;
         if (reach.round > 0) {
             const int index = radius_index(std::min(static_cast<double>(reach.round), most) / edge);

@@ -34,8 +34,9 @@ Bytes given_radii(const Surface &surface, const Grid &grid);
 //   radius >= distance of the 5th nearest voxel, where the cell is open (at a border)
 //   radius <= 3 x median spacing of all; that median itself for outliers (outliers.h)
 //
-// The radius of a round point (BVG.md 18) closes no gap: it is half the distance of its 2nd nearest voxel among others
-// of its kind, and up to that distance among points of a surface, in steps of a quarter of an octave.
+// The radius of a round point (BVG.md 18) closes no gap: it is half the distance of its 2nd nearest voxel, in steps of
+// a quarter of an octave. A splat beside round points ends where a neighbour lies farther off its plane than its 2nd
+// nearest voxel is away.
 //
 // Where up-sampling made points, all spacings, and the 5th nearest voxel at a border, are those of the given points: a
 // gap that was not filled stays as covered as it was.
