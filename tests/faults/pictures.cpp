@@ -64,7 +64,7 @@ bool Pictures::same_chunks(const Shown &shown) const {
             chunks_[static_cast<std::size_t>(run.level)][static_cast<std::size_t>(chunk - directory.chunks.begin())];
         PointAttributes points = whole.points;
         PointView view = view_points(whole.points, 0, points.size(), set);
-        RoundPoints round;
+        MarkedPoints round;
         mark_round_points(view, reader_.parameters(), run.level, round);
         if (!round.normals.empty()) {
             points.normals = round.normals;

@@ -16,6 +16,8 @@ export const PROPERTIES = {
     lightFollows: String,
     headlight: String,
     colourBy: String,
+    dropClass: String,
+    showClass: String,
     loading: String,
     reveal: String,
     touchAction: String,

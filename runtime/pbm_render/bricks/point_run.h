@@ -19,6 +19,7 @@ struct PointRun {
     // The points first..last - 1 of the chunk, which are whole nodes of level `level` - 1.
     std::uint32_t first = 0, last = 0;
     const ChunkOffsets *offsets = nullptr; // of its points; null: splats lie at the mean surface
+    bool hides_points = false;             // some have kHiddenBit
 };
 
 // Value of point `i` in a shadow stream of `bits` bits, 0 .. 2^bits - 1; the largest is fully lit.

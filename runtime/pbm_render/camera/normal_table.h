@@ -21,6 +21,7 @@ inline constexpr std::size_t kOppositeNormal = 7U << 10;
 // are drawn marks them; stored normals have it clear. So the entries kRoundBit .. kRoundBit + kNormalCount - 1 of a
 // table of normals face the eye.
 inline constexpr std::uint16_t kRoundBit = 0x4000;
+inline constexpr std::uint16_t kHiddenBit = 0x8000; // bit 15 likewise marks points that are not drawn
 inline constexpr std::size_t kDrawnNormals = kRoundBit + kNormalCount;
 // The bits of a drawn normal that are its index into a table of a frame.
 constexpr std::uint16_t drawn_normal_mask(bool has_round_points) {

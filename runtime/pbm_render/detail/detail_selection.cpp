@@ -193,7 +193,8 @@ void Selector::draw(const ResidentChunk &chunk, ChunkPlace place, std::uint32_t 
                         .level = place.level,
                         .first = first,
                         .last = last,
-                        .offsets = &chunk.offsets});
+                        .offsets = &chunk.offsets,
+                        .hides_points = chunk.hides_points});
 }
 
 } // namespace

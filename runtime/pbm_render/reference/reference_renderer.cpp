@@ -27,7 +27,7 @@ class PlainWalk {
     // `offsets`: of the points drawn; may be empty.
     PlainWalk(const Model &model, int level, std::span<const std::int8_t> offsets, const Projection &projection,
               Framebuffer &target)
-        : model_(model), level_(level), points_(pbm::drawn_points(model, level, round_)), offsets_(offsets),
+        : model_(model), level_(level), points_(pbm::drawn_points(model, level, marked_)), offsets_(offsets),
           projection_(projection), frame_(projection, target.width, target.height),
           normals_(transform_normals(projection)), voxel_(std::ldexp(1.0F, -level)), target_(target) {}
 
@@ -47,7 +47,7 @@ class PlainWalk {
 
     const Model &model_;
     const int level_;
-    RoundPoints round_;
+    MarkedPoints marked_;
     const PointView points_;
     const std::span<const std::int8_t> offsets_;
     const Projection &projection_;
@@ -64,7 +64,7 @@ class PlainWalk {
 void PlainWalk::draw_node(int level, const glm::dvec3 &centre, const glm::vec3 &image) {
     const std::size_t node = next_[static_cast<std::size_t>(level)]++;
     if (level == level_) {
-        if (!is_cut_off(centre))
+        if ((points_.normals[node] & kHiddenBit) == 0 && !is_cut_off(centre))
             draw_point(node, image);
         return;
     }

@@ -256,9 +256,12 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const VisibleBrick
         const SplatNormal normal = splat_normal(frame, packed, pixel_x, pixel_y, false);
         const Mask faces = hn::Le(normal.facing, set(slack));
         Mask keep = hn::FirstN(d, points.end - i);
-        if (!points.cuts.empty()) [[unlikely]]
+        if (brick.is_cut) [[unlikely]] {
             for (const BrickCut &cut : points.cuts)
                 keep = hn::And(keep, hn::Ge(project(cut.first, cut.step_x, cut.step_y, cut.step_z), hn::Zero(d)));
+            const auto hidden = hn::And(stored, hn::Set(di, kHiddenBit));
+            keep = hn::And(keep, hn::RebindMask(d, hn::Eq(hidden, hn::Zero(di))));
+        }
         if constexpr (kPlaced) {
             if constexpr (!kLarge) {
                 const auto left_out = hn::Set(di, brick.thin ? kRedundantBit : 0);

@@ -43,9 +43,12 @@ class TableWalk {
     TableWalk(const Model &model, const Projection &projection, const TableOptions &own,
               std::span<const std::int8_t> offsets, Framebuffer &target);
 
-    void draw_root() { draw_odd_point(0, table_.centre); }
+    void draw_root() { draw_single_point(0, table_.centre); }
     // Draws octant grid number `octant` of those with points; `place` is its child number.
     void draw_octant(std::size_t octant, unsigned place, const std::vector<std::vector<std::uint64_t>> &starts);
+
+    // The model has points with kHiddenBit.
+    void leave_out_hidden() { is_cut_ = true; }
 
     std::uint64_t drawn_points = 0;
 
@@ -56,16 +59,21 @@ class TableWalk {
     void draw_cut_points(unsigned mask, const glm::vec4 &centre);
     void draw_point(std::size_t index, Facing facing, const glm::vec4 &centre);
     void draw_odd_point(std::size_t index, const glm::vec4 &centre);
+    // The point of a node without siblings.
+    void draw_single_point(std::size_t index, const glm::vec4 &centre) {
+        if ((point_normals_[index] & kHiddenBit) == 0)
+            draw_odd_point(index, centre);
+    }
     void draw_around_eye(std::size_t index, const glm::vec4 &centre);
     void draw_placed(std::size_t normal, const ScreenPoint &point, float facing, SplatSize size);
     void draw(const BlockShape &shape, const ScreenPoint &point);
 
     const Projection &projection_;
-    const bool is_cut_; // the camera has a clip region
+    bool is_cut_; // some points may be hidden, or the camera has a clip region
     const bool shows_backs_;
     const Grid grid_; // unit_grid
     const int level_;
-    RoundPoints round_;
+    MarkedPoints marked_;
     const PointView points_;                   // that are drawn
     const std::uint16_t *const point_normals_; // their attributes
     const std::uint8_t *const point_radii_;
@@ -92,7 +100,7 @@ class TableWalk {
 TableWalk::TableWalk(const Model &model, const Projection &projection, const TableOptions &own,
                      std::span<const std::int8_t> offsets, Framebuffer &target)
     : projection_(projection), is_cut_(!projection.clip.empty()), shows_backs_(projection.shows_backs),
-      grid_(unit_grid(model.parameters.grid)), level_(own.level), points_(pbm::drawn_points(model, own.level, round_)),
+      grid_(unit_grid(model.parameters.grid)), level_(own.level), points_(pbm::drawn_points(model, own.level, marked_)),
       point_normals_(points_.normals.data()), point_radii_(points_.radii.data()), offsets_(offsets), target_(target),
       table_(grid_, projection), frame_(projection, target.width, target.height),
       normals_(transform_normals(projection)), radii_(radius_table()),
@@ -115,7 +123,7 @@ void TableWalk::draw_octant(std::size_t octant, unsigned place, const std::vecto
         cursor_[level] = static_cast<std::size_t>(starts[level][octant]);
     const glm::vec4 centre = table_.centre + table_.child[1][place];
     if (level_ == 1)
-        draw_odd_point(octant, centre);
+        draw_single_point(octant, centre);
     else
         draw_node(1, centre);
 }
@@ -170,7 +178,7 @@ void TableWalk::draw_points(unsigned mask, const glm::vec4 &centre) {
     cursor_[static_cast<std::size_t>(level_)] = point;
 }
 
-// The same where the camera has a clip region: without those outside.
+// The same without hidden points and those outside of the clip region.
 [[gnu::noinline]] void TableWalk::draw_cut_points(unsigned mask, const glm::vec4 &centre) {
     const auto &offset = table_.child[static_cast<std::size_t>(level_)];
     std::size_t &point = cursor_[static_cast<std::size_t>(level_)];
@@ -183,7 +191,7 @@ void TableWalk::draw_points(unsigned mask, const glm::vec4 &centre) {
                    0;
         });
         if (is_inside)
-            draw_odd_point(point, at);
+            draw_single_point(point, at);
     }
 }
 
@@ -301,8 +309,12 @@ TableRenderer::TableRenderer(const Model &model, std::shared_ptr<const ModelSurr
     : model_(model), surroundings_(std::move(surroundings)), appearance_(model.parameters),
       offsets_(model.levels.size()) {
     LevelMasks masks;
-    for (const Level &level : model.levels)
+    for (const Level &level : model.levels) {
         masks.push_back(level.masks);
+        const std::vector<std::uint16_t> &normals = level.points.normals;
+        hides_points_ = hides_points_ || std::any_of(normals.begin(), normals.end(),
+                                                     [](std::uint16_t n) { return (n & kHiddenBit) != 0; });
+    }
     if (masks.size() > 1)
         octant_starts_ = subtree_starts(masks, 1);
 }
@@ -320,6 +332,8 @@ RenderStatistics TableRenderer::render(const Camera &camera, const RenderOptions
     const Camera unit_camera = in_unit_grid(camera, model_.parameters);
     const Projection projection(unit_camera, target.width, target.height);
     TableWalk walk(model_, projection, {level, own.splats}, offsets_[static_cast<std::size_t>(level)], target);
+    if (hides_points_)
+        walk.leave_out_hidden();
     if (level == 0) {
         walk.draw_root();
     } else {

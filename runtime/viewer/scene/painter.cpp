@@ -25,7 +25,7 @@ Renderer &with_appearance(Renderer &renderer, std::optional<Appearance> &last, c
 } // namespace
 
 Painter::Painter(const StreamedScene &scene, int threads, std::shared_ptr<ThreadPool> pool)
-    : scene_(scene), legend_(scene.colours ? legend_of(*scene.colours) : std::nullopt), threads_(threads),
+    : scene_(scene), legend_(scene.colours ? legend_of(*scene.colours, scene.hidden) : std::nullopt), threads_(threads),
       pool_(std::move(pool)) {}
 
 Appearance Painter::appearance(const Look &look) const {

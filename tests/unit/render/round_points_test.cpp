@@ -122,7 +122,7 @@ TEST(RoundPoints, AreNeverBlack) {
 
 TEST(RoundPoints, OtherModelsKeepTheirStreams) {
     const Model model = lone_point(PointShape::disc, 0);
-    RoundPoints marked;
+    MarkedPoints marked;
     const PointView points = drawn_points(model, 5, marked);
     EXPECT_TRUE(marked.normals.empty());
     EXPECT_EQ(points.normals.data(), model.levels[5].points.normals.data());
