@@ -1,5 +1,6 @@
 #include "drawing.h"
 
+#include "pbm_format/model/las_classes.h"
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_render/appearance/field_choice.h"
@@ -138,6 +139,17 @@ Result<Drawing::Setup> setup_of(const pbm_render_options &options) {
     Drawing::Setup setup{.threads = options.threads};
     if (options.max_memory > 0)
         setup.max_memory = options.max_memory;
+    for (const char *const list : {options.drop_class, options.show_class}) {
+        if (list == nullptr || *list == 0)
+            continue;
+        const Result<std::bitset<256>> classes = parse_classes(list);
+        if (!classes)
+            return classes.error();
+        if (list == options.drop_class)
+            setup.classes.dropped = *classes;
+        else
+            setup.classes.shown = *classes;
+    }
     if (options.colour_by == nullptr || *options.colour_by == 0)
         return setup;
     setup.colour_by = options.colour_by;
@@ -206,18 +218,32 @@ void copy_picture(const Framebuffer &drawn, double moved, const pbm_picture &to)
     }
 }
 
-// The colours of points. None while their bytes are missing.
-Result<std::optional<FieldColours>> colours_of(OpenModel &model, const Drawing::Setup &setup) {
-    const std::vector<FileRange> ranges = colour_sample_ranges(model.reader, setup.colour_by);
+// The colours of points, and those that are left out. None while their bytes are missing.
+Result<std::optional<Drawing::Fields>> fields_of(OpenModel &model, const Drawing::Setup &setup) {
+    const Reader &reader = model.reader;
+    Drawing::Fields fields;
+    std::vector<FileRange> ranges;
+    if (!setup.colour_by.empty())
+        ranges = colour_sample_ranges(reader, setup.colour_by);
+    if (!setup.classes.draws_all()) {
+        Result<HiddenClasses> hidden = hidden_classes(reader.parameters(), setup.classes);
+        if (!hidden)
+            return hidden.error();
+        fields.hidden = std::move(*hidden);
+        ranges.push_back(reader.section(SectionType::fields)->range());
+    }
     const Result<FileBytes::Fetched> fetched = model.bytes.fetch(ranges);
     if (!fetched)
         return fetched.error();
     if (fetched->pending)
-        return std::optional<FieldColours>();
-    Result<FieldColours> colours = choose_field_colours(model.reader, setup.colour_by, setup.colours);
-    if (!colours)
-        return colours.error();
-    return std::optional(std::move(*colours));
+        return std::optional<Drawing::Fields>();
+    if (!setup.colour_by.empty()) {
+        Result<FieldColours> colours = choose_field_colours(model.reader, setup.colour_by, setup.colours);
+        if (!colours)
+            return colours.error();
+        fields.colours = std::move(*colours);
+    }
+    return std::optional(std::move(fields));
 }
 
 // The drawing of an open model.
@@ -229,24 +255,23 @@ Result<Drawing *> drawing_of(OpenModel &model, Drawing::Setup setup) {
         return checked.error();
     if (is_open())
         return model.drawing.get();
-    Result<std::optional<FieldColours>> colours = std::optional<FieldColours>();
-    if (!setup.colour_by.empty())
-        colours = colours_of(model, setup);
-    if (!colours && !is_damage(colours.error().code))
-        return colours.error();
-    if (!colours || !*colours) {
+    Result<std::optional<Drawing::Fields>> fields = fields_of(model, setup);
+    if (!fields && !is_damage(fields.error().code))
+        return fields.error();
+    if (!fields || !*fields) {
         setup.colour_by.clear();
         setup.colours = {};
+        setup.classes = {};
     }
     if (!is_open()) {
         model.drawing.reset();
-        auto opened = Drawing::open(model.bytes, setup, colours ? std::move(*colours) : std::nullopt);
+        auto opened = Drawing::open(model.bytes, setup, fields && *fields ? std::move(**fields) : Drawing::Fields());
         if (!opened)
             return opened.error();
         model.drawing = std::move(*opened);
     }
-    if (!colours)
-        model.drawing->add_damage(std::move(colours).error());
+    if (!fields)
+        model.drawing->add_damage(std::move(fields).error());
     return model.drawing.get();
 }
 
@@ -314,21 +339,24 @@ Status draw_picture(OpenModel &model, const pbm_camera *given_camera, const pbm_
 
 } // namespace
 
-Drawing::Drawing(const FileBytes &bytes, Reader reader, const Setup &setup, std::optional<FieldColours> colours,
+Drawing::Drawing(const FileBytes &bytes, Reader reader, const Setup &setup, Fields fields,
                  const std::shared_ptr<ThreadPool> &pool)
-    : bytes_(bytes), setup_(setup), pool_(pool), colours_(std::move(colours)),
-      model_(std::move(reader),
-             {.threads = setup.threads, .pool = pool, .max_memory = setup.max_memory, .field = colours_}),
+    : bytes_(bytes), setup_(setup), pool_(pool), fields_(std::move(fields)),
+      model_(std::move(reader), {.threads = setup.threads,
+                                 .pool = pool,
+                                 .max_memory = setup.max_memory,
+                                 .field = fields_.colours,
+                                 .hidden = fields_.hidden}),
       unasked_(unasked_look(model_.reader())),
-      drawn_(colours_ ? with_field_colours(model_.reader().parameters(), *colours_) : model_.reader().parameters()) {}
+      drawn_(fields_.colours ? with_field_colours(model_.reader().parameters(), *fields_.colours)
+                             : model_.reader().parameters()) {}
 
-Result<std::unique_ptr<Drawing>> Drawing::open(const FileBytes &bytes, const Setup &setup,
-                                               std::optional<FieldColours> colours) {
+Result<std::unique_ptr<Drawing>> Drawing::open(const FileBytes &bytes, const Setup &setup, Fields fields) {
     Result<Reader> reader = open_reader(bytes);
     if (!reader)
         return reader.error();
     const auto pool = std::make_shared<ThreadPool>(resolve_threads(setup.threads));
-    return std::unique_ptr<Drawing>(new Drawing(bytes, std::move(*reader), setup, std::move(colours), pool));
+    return std::unique_ptr<Drawing>(new Drawing(bytes, std::move(*reader), setup, std::move(fields), pool));
 }
 
 // Opens the surroundings as soon as their directories have arrived.
@@ -381,8 +409,8 @@ Appearance Drawing::appearance(const Request &request) const {
     appearance.lights_follow = request.lights_follow.value_or(appearance.lights_follow);
     if (request.headlight)
         set_headlight(appearance, (*request.headlight)[0], (*request.headlight)[1]);
-    if (colours_)
-        appearance.palette = colours_->palette;
+    if (fields_.colours)
+        appearance.palette = fields_.colours->palette;
     return appearance;
 }
 
@@ -449,7 +477,8 @@ Status Drawing::draw(const Request &request, Framebuffer &target) {
                          .relief = distance_of(drawn) / distance_of(camera)},
                         *pool_, target);
     }
-    if (const auto legend = colours_ ? legend_of(*colours_) : std::nullopt; legend && request.legend)
+    if (const auto legend = fields_.colours ? legend_of(*fields_.colours, fields_.hidden) : std::nullopt;
+        legend && request.legend)
         draw_legend(*legend, target);
     return {};
 }

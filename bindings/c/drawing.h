@@ -27,11 +27,16 @@ class Drawing {
         std::uint64_t max_memory = kDefaultMaxMemory; // as in StreamingOptions
         std::string colour_by{};                      // as choose_field_colours takes it; empty: none
         ColourChoice colours{};
+        ClassChoice classes{};
         bool operator==(const Setup &) const = default;
     };
-    // `bytes` must outlive the result; `colours`: those of `setup`. Throws Pending.
-    static Result<std::unique_ptr<Drawing>> open(const FileBytes &bytes, const Setup &setup,
-                                                 std::optional<FieldColours> colours);
+    // What of the model's fields the setup needs.
+    struct Fields {
+        std::optional<FieldColours> colours{};
+        std::optional<HiddenClasses> hidden{};
+    };
+    // `bytes` must outlive the result. Throws Pending.
+    static Result<std::unique_ptr<Drawing>> open(const FileBytes &bytes, const Setup &setup, Fields fields);
 
     const Setup &setup() const { return setup_; } // as asked for
     const Grid &grid() const { return model_.reader().parameters().grid; }
@@ -59,7 +64,7 @@ class Drawing {
     void add_damage(Error error) { damage_ = damage_.value_or(std::move(error)); }
 
   private:
-    Drawing(const FileBytes &bytes, Reader reader, const Setup &setup, std::optional<FieldColours> colours,
+    Drawing(const FileBytes &bytes, Reader reader, const Setup &setup, Fields fields,
             const std::shared_ptr<ThreadPool> &pool);
 
     Status open_surroundings();
@@ -71,7 +76,7 @@ class Drawing {
     const FileBytes &bytes_;
     const Setup setup_;
     const std::shared_ptr<ThreadPool> pool_;
-    const std::optional<FieldColours> colours_;
+    const Fields fields_;
     StreamedModel model_;
     const UnaskedLook unasked_;
     const ModelParameters drawn_;                      // as the renderers take them

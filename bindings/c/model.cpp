@@ -31,6 +31,7 @@ std::uint32_t attributes_of(const Reader &reader) {
     add(parameters.ground.has_value(), PBM_HAS_GROUND);
     add(reader.section(SectionType::panorama) != nullptr, PBM_HAS_PANORAMA);
     add(parameters.closed, PBM_IS_CLOSED);
+    add(std::any_of(parameters.materials.begin(), parameters.materials.end(), is_round), PBM_HAS_ROUND_POINTS);
     return bits;
 }
 

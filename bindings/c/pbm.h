@@ -172,7 +172,8 @@ enum {
     PBM_HAS_SHADOWS = 8,
     PBM_HAS_GROUND = 16,
     PBM_HAS_PANORAMA = 32,
-    PBM_IS_CLOSED = 64 // its surface bounds volumes, and normals point out of them: from outside no back is visible
+    PBM_IS_CLOSED = 64, // its surface bounds volumes, and normals point out of them: from outside no back is visible
+    PBM_HAS_ROUND_POINTS = 128 // some points lie on no surface: pbm_points.round
 };
 
 typedef struct pbm_info {
@@ -230,6 +231,7 @@ typedef struct pbm_points {
     float *const *fields; // [field_count] arrays of [capacity] values, or null; NaN: the point has no value
     int32_t field_count;  // at most pbm_info.fields
     int32_t threads;
+    uint8_t *round; // [capacity] 1: the point lies on no surface: a disc of its radius that faces the eye, no normal
 } pbm_points;
 
 // Writes all points of a level. `written` takes their number and may be null.
@@ -332,6 +334,10 @@ typedef struct pbm_render_options {
     // "plain": their material. Null or empty: what the model has, or "height" where PBM_NO_CUE is eye-dome lighting
     const char *colour_by;
     int32_t colour_map; // pbm_colour_map
+    // Classes of points that are left out, and those that are drawn alone: numbers and names of LAS with commas between
+    // them, "noise,ground,31", of the field "classification" or "class". Null or empty: all are drawn
+    const char *drop_class;
+    const char *show_class;
     int32_t shading;    // pbm_shading
     uint8_t background_below[4];
 } pbm_render_options;
@@ -348,7 +354,8 @@ typedef struct pbm_picture {
 } pbm_picture;
 
 // Draws a picture; reads what it shows, and keeps that in memory for the next ones. `options` may be null. With other
-// values of `threads`, `max_memory` or the colours of a field than in the last call it reads everything anew. A fine
+// values of `threads`, `max_memory`, the classes or the colours of a field than in the last call it reads everything
+// anew. A fine
 // picture that differs from the last one in nothing but a larger number of samples draws only those that it has more:
 // 1, 2, .. 8 samples one after the other take as long as 8 at once.
 //
@@ -356,7 +363,8 @@ typedef struct pbm_picture {
 // without the colours of a field, or the background alone. It is exact if PBM_OK is returned and no callback returned
 // PBM_LATER.
 //
-// errors  PBM_USAGE    the camera has no line of sight or is not finite; the arrays are too short; no such field
+// errors  PBM_USAGE    the camera has no line of sight or is not finite; the arrays are too short; no such field or
+// class
 //         PBM_INVALID  a part of the file that this picture or an earlier one needed is damaged: the first part that
 //                      was found. The picture is drawn all the same, with coarser levels in place of damaged ones
 //         PBM_LIMIT    the picture needs more than `max_memory`: it is drawn with what fits. With a larger `max_error`

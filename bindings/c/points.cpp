@@ -135,7 +135,8 @@ class PointWriter {
         const bool has_colours = parameters_.attributes.colour != ColourFormat::none;
         return bit(StreamKind::normal, to_.normals != nullptr || to_.two_sided != nullptr) |
                bit(StreamKind::radius, to_.radii != nullptr) | bit(StreamKind::colour, to_.colours != nullptr) |
-               bit(StreamKind::material, to_.materials != nullptr || (to_.colours != nullptr && !has_colours)) |
+               bit(StreamKind::material,
+                   to_.materials != nullptr || to_.round != nullptr || (to_.colours != nullptr && !has_colours)) |
                bit(StreamKind::texture, false) | bit(StreamKind::shadow, false);
     }
     bool needs_field(std::size_t f) const { return f < fields_.size() && !fields_[f].empty(); }
@@ -171,6 +172,9 @@ class PointWriter {
         if (to_.materials != nullptr)
             for (std::size_t i = 0; i < count; ++i)
                 to_.materials[first + i] = material(from, i);
+        if (to_.round != nullptr)
+            for (std::size_t i = 0; i < count; ++i)
+                to_.round[first + i] = is_round(parameters_.materials[material(from, i)]) ? 1 : 0;
         if (to_.colours != nullptr)
             write_colours(points);
     }
@@ -370,7 +374,7 @@ Status check_arrays(const pbm_points &to, const ModelParameters &parameters, std
 }
 
 Status read_points(OpenModel &model, std::int32_t level, const pbm_points *points, std::uint64_t *written) {
-    const Result<pbm_points> to = read_structure(points, "points");
+    const Result<pbm_points> to = read_structure(points, "points", offsetof(pbm_points, round));
     if (!to)
         return to.error();
     const Result<std::uint64_t> count = count_points(model, level);

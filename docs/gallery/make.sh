@@ -14,6 +14,8 @@ cd "$work"
 for scan in bunny.ply=bun_zipper.ply buddha.ply=happy_stand15_mesh_le.ply dragon.ply=dragon_vrip_res2.ply \
     armadillo.obj=armadillo43k.obj gargoyle.ply=gargo.ply guanyin.ply=Guanyin.ply \
     nefertiti.obj=nefertiti.obj lion.ply=lion_takanawa_rgb_normals_le.ply churo.ply=churo_uav_thin.ply studio.hdr=pano/studio_small_08_1k.hdr \
+    forest.laz=las/lidR-Megaplot.laz house.laz=las/lastools-house.laz city.glb=gltf/loadersgl-helsinki-points-meshopt.glb \
+    room.ply=open3d_fragment_002.ply guitar.ply=splat/playcanvas-guitar.compressed.ply \
     cat.glb=textured/cat.glb plough=textured/plough pot=textured/pot; do
     ln -s "$scans/${scan#*=}" "${scan%%=*}"
 done

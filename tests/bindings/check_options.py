@@ -64,6 +64,8 @@ SAME = {
     "max-error": ("max_error", "maxError", None, "--max-error=40", {"max_error": 40}),
     "colour-by": ("colour_by", "colourBy", "colour-by", "--colour-by=height,-1,0.5,grey",
                   {"colour_by": "height", "colour_range": (-1, 0.5), "colour_map": "grey"}),
+    "drop-class": ("drop_class", "dropClass", "drop-class", "--drop-class=2,noise", {"drop_class": "2,noise"}),
+    "show-class": ("show_class", "showClass", "show-class", "--show-class=ground", {"show_class": "ground"}),
     "no-background": ("PBM_BACKGROUND", "background", "background", "--no-background",
                       {"background": (0, 0, 0, 0), "without": ["panorama"]}),
     "backs": ("backs", "backs", "backs", "--backs=hide", {"backs": "hide"}),
@@ -127,7 +129,7 @@ def check_pictures(source, render):
     with tempfile.TemporaryDirectory() as folder:
         picture = pathlib.Path(folder) / "picture.bmp"
         for words, arguments in [entry[3:] for entry in SAME.values() if entry[3]] + MORE:
-            path = fields if "colour_by" in arguments else everything
+            path = fields if {"colour_by", "drop_class", "show_class"} & set(arguments) else everything
             quality = [] if "--quality" in words else ["--quality=fast"]
             with pbm.open(path) as model:
                 camera = model.default_camera(SIZE)

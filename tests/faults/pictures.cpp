@@ -111,7 +111,7 @@ bool Pictures::same_chunks(const Shown &shown) const {
         PointAttributes points = whole.points;
         show_first_sides(sides_[level][index], set, points);
         PointView view = view_points(points, 0, points.size(), set);
-        RoundPoints round;
+        MarkedPoints round;
         mark_round_points(view, reader_.parameters(), run.level, round);
         if (!round.normals.empty()) {
             points.normals = round.normals;

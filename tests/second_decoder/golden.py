@@ -33,7 +33,27 @@ SCANS = {"1.0": {
                                "256")),
 }, "1.2": {
     "scan-closed": (6, ("--field", "intensity", "--colour", "565")),
+}, "1.3": {
+    "scan-round": (6, ("--up", "z", "--field", "intensity", "--field", "classification")),
+    "scan-round-mapped": (5, ("--up", "z", "--store", "mapped", "--field", "classification")),
 }}
+CLOUDS = {"1.3"} # versions whose scans are clouds of points
+
+def write_cloud(path):
+    """Trees on a slope, as points without normals and colours: they lie on no surface, the ground does."""
+    state = 1
+    def random():
+        nonlocal state
+        state = (state * 6364136223846793005 + 1442695040888963407) % 2**64
+        return (state >> 40) / 2**24
+    points = [(x / 4, y / 4, x / 20, 40 + x % 30, 2) for x in range(64) for y in range(64)]
+    for _ in range(12):
+        east, north = 16 * random(), 16 * random()
+        points += [(east + 2 * random(), north + 2 * random(), east / 5 + 1 + 3 * random(), 5 + int(20 * random()), 5)
+                   for _ in range(200)]
+    head = "".join(f"property {name}\n" for name in ("double x", "double y", "double z", "float intensity", "uchar classification"))
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n{head}end_header\n"
+    path.write_bytes(head.encode() + b"".join(struct.pack("<dddfB", *point) for point in points))
 
 def write_scan(path, sample):
     """The scan of a version: pbm-sample's, with measurements that follow from the number of the vertex."""
@@ -71,6 +91,7 @@ def contents(path):
             "levels": [len(level.codes) for level in m.levels], "chunks": [len(chunks) for chunks in m.directories[1:]],
             "attributes": [s.kind for s in m.streams], "materials": len(m.materials), "lights": len(m.lights),
             **({"closed": True} if m.closed else {}),
+            **({"round": [i for i, shape in enumerate(m.shapes) if shape]} if any(m.shapes) else {}),
             "rasters": [[e.type, e.instance, width, height] for e, (width, height, *_) in m.rasters], "decoded": decoded_hash(m)}
 
 def write(version, sample, build):
@@ -82,7 +103,10 @@ def write(version, sample, build):
             shutil.copyfile(path, folder / path.name)
     with tempfile.TemporaryDirectory() as temporary:
         scan = Path(temporary, "scan.ply")
-        write_scan(scan, sample)
+        if version in CLOUDS:
+            write_cloud(scan)
+        else:
+            write_scan(scan, sample)
         for name, (depth, options) in SCANS[version].items():
             model = folder / f"{name}.pbvg"
             subprocess.run([build, "-q", scan, "--depth", str(depth), "-o", model, *options], check=True)

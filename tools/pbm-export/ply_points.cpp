@@ -117,6 +117,11 @@ bool PlyPoints::has_materials() const {
     return materials.size() > 1 || materials.front() != Material{};
 }
 
+bool PlyPoints::has_shapes() const {
+    const std::vector<Material> &materials = reader_->parameters().materials;
+    return std::any_of(materials.begin(), materials.end(), is_round);
+}
+
 StreamList PlyPoints::exported_bytes() const {
     StreamList streams;
     for (const StreamInfo &stream : streams_of(attributes()))
@@ -159,6 +164,8 @@ std::string PlyPoints::header() const {
         properties("float", {"ka", "kd", "ks", "power"});
         properties("uchar", {"clr_r", "clr_g", "clr_b"});
         properties("float", {"envmapfactor"});
+        if (has_shapes())
+            properties("uchar", {"shape"});
     }
     return text + "end_header\n";
 }
@@ -224,6 +231,8 @@ std::string PlyPoints::materials() const {
         for (const std::uint8_t channel : m.colour)
             row.add(channel);
         row.add(m.environment);
+        if (has_shapes())
+            row.add(static_cast<std::uint8_t>(m.shape));
         all.append(bytes.data(), row.end());
     }
     return all;

@@ -22,7 +22,8 @@ struct PlyFormat {
 //   material_index      uchar, if points have one; likewise other streams to which kStreams gives a property
 //   two_sided           uchar: 1 if both sides are visible
 //   scalar_NAME         float, or double where float is not enough: the field NAME; NaN: no value
-// Element material follows if the file has other materials than the default one. Comments hold name, licence, credit,
+// Element material follows if the file has other materials than the default one; its property shape, uchar, is there if
+// some points lie on no surface: 1 for their materials. Comments hold name, licence, credit,
 // unit, up axis and grid.
 class PlyPoints {
   public:
@@ -42,6 +43,7 @@ class PlyPoints {
         : reader_(&reader), level_(level), count_(count), format_(format) {}
     const AttributeSet &attributes() const { return reader_->parameters().attributes; }
     bool has_materials() const;
+    bool has_shapes() const;
     StreamList exported_bytes() const; // streams exported unchanged
 
     const Reader *reader_;

@@ -43,7 +43,7 @@ class Points(Sized):
     _fields_ = [("struct_size", c_size_t), ("capacity", c_uint64), ("positions", c_void_p), ("positions_f32", c_void_p),
                 ("offset", c_double * 3), ("normals", c_void_p), ("colours", c_void_p), ("radii", c_void_p),
                 ("materials", c_void_p), ("two_sided", c_void_p), ("fields", POINTER(c_void_p)),
-                ("field_count", c_int32), ("threads", c_int32)]
+                ("field_count", c_int32), ("threads", c_int32), ("round", c_void_p)]
 
 
 class Camera(Sized):
@@ -58,7 +58,8 @@ class RenderOptions(Sized):
                 ("flags", c_uint32), ("background", c_uint8 * 4), ("finest_level", c_int32), ("max_error", c_double),
                 ("threads", c_int32), ("max_memory", c_uint64), ("light_follows", c_int32),
                 ("colour_range", c_double * 2), ("headlight", c_double * 2), ("colour_by", c_char_p),
-                ("colour_map", c_int32), ("shading", c_int32), ("background_below", c_uint8 * 4)]
+                ("colour_map", c_int32), ("drop_class", c_char_p), ("show_class", c_char_p), ("shading", c_int32),
+                ("background_below", c_uint8 * 4)]
 
 
 class Picture(Sized):

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     Triple = Union[Sequence[float], Array]
     Buffer = Union[bytes, bytearray, memoryview, mmap.mmap, Array]  # collections.abc.Buffer came with Python 3.12
 
-_ATTRIBUTES = {"colours": 1, "materials": 2, "texture": 4, "shadows": 8, "ground": 16, "panorama": 32, "closed": 64}
+_ATTRIBUTES = {"colours": 1, "materials": 2, "texture": 4, "shadows": 8, "ground": 16, "panorama": 32, "closed": 64,
+               "round_points": 128}
 _QUALITIES = {"fast": 0, "fine": 1}
 _DEPTH_CUES = {None: 0, "eye_dome": 1, "ambient_occlusion": 2, "none": 3}
 _LIGHT_FOLLOWS = {None: 0, "eye": 1, "model": 2}
@@ -66,7 +67,8 @@ class Info:
     metadata           dict of the file's JSON object
     content_id         128 bits, hexadecimal: models with the same one hold the same points and scene
     attributes         frozenset of "colours", "materials", "texture", "shadows", "ground", "panorama";
-                       "closed": the surface bounds volumes, so that from outside no back of a point is visible
+                       "closed": the surface bounds volumes, so that from outside no back of a point is visible;
+                       "round_points": some points lie on no surface
     materials, lights  their numbers
     fields             tuple of Field
     """
@@ -227,6 +229,7 @@ class Model:
         radii       [points] float32, model units: of the disc that closes the gaps to the neighbours
         materials   [points] uint8, index
         two_sided   [points] bool: the point shows both of its sides
+        round       [points] bool: the point lies on no surface; it is drawn as a disc that faces the eye
         scalar_X    [points] float32: the field X; NaN: the point has no value
 
         level       0 .. info.depth; None: the finest one
@@ -282,8 +285,8 @@ class Model:
                without: Iterable[str] = (), finest_level: int = 0, max_error: float = 0, depth: bool = False,
                threads: int = 0, light_follows: str | None = None, headlight: tuple[float, float] | None = None,
                colour_by: str | None = None, colour_range: tuple[float, float] | None = None,
-               colour_map: str | None = None, shading: str = "auto",
-               background_below: Sequence[int] | None = None) -> Array | Any:
+               colour_map: str | None = None, drop_class: str | None = None, show_class: str | None = None,
+               shading: str = "auto", background_below: Sequence[int] | None = None) -> Array | Any:
         """Draws a picture: [height][width][4] uint8, sRGB with straight alpha, top row first.
 
         camera        None: default_camera(size)
@@ -310,11 +313,12 @@ class Model:
         colour_range  (least, most): values with the first and the last colour; None: most values lie between
         colour_map    "viridis", "grey" or "classes", a colour for each label; None: classes for a field of labels, grey
                       for intensities, else viridis
-
+        drop_class    classes of points that are left out: numbers and names of LAS, "noise,ground,31"
+        show_class    classes of points that are drawn alone
         shading       "unlit": the colours alone; "lit"; "auto": lit, softly if the points have colours and the file no
                       lights: a surface that faces the eye then keeps its colour
 
-        Raises UsageError for a camera that sees nothing and for a field that is not there, InvalidError for a damaged
+        Raises UsageError for a camera that sees nothing and for a field or class that is not there, InvalidError for a damaged
         file, LimitError.
         """
         if camera is None:
@@ -326,7 +330,9 @@ class Model:
                                          light_follows=_choice("light_follows", light_follows, _LIGHT_FOLLOWS),
                                          colour_map=_choice("colour_map", colour_map, _COLOUR_MAPS),
                                          shading=_choice("shading", shading, _SHADINGS),
-                                         colour_by=None if colour_by is None else colour_by.encode())
+                                         colour_by=None if colour_by is None else colour_by.encode(),
+                                         drop_class=None if drop_class is None else drop_class.encode(),
+                                         show_class=None if show_class is None else show_class.encode())
         for name in without:
             options.flags |= _choice("without", name, _LEFT_OUT)
         if background is not None:
@@ -367,7 +373,7 @@ class Model:
     def _shape(name: str, dtype: np.dtype[Any], fields: Mapping[str, int]) -> tuple[npt.DTypeLike, int]:
         shapes: dict[str, tuple[npt.DTypeLike, int]] = {
             "positions": (dtype, 3), "normals": (np.float32, 3), "colours": (np.uint8, 3), "radii": (np.float32, 1),
-            "materials": (np.uint8, 1), "two_sided": (np.bool_, 1)}
+            "materials": (np.uint8, 1), "two_sided": (np.bool_, 1), "round": (np.bool_, 1)}
         if name in fields:
             return np.float32, 1
         if name not in shapes:

@@ -33,6 +33,7 @@ export const ATTRIBUTES: Readonly<{
     PANORAMA: 32;
     /** The surface bounds volumes, and normals point out of them: from outside no back of a point is visible. */
     CLOSED: 64;
+    ROUND_POINTS: 128;
 }>;
 
 /** What every function throws, beside what a callback throws. */
@@ -145,6 +146,11 @@ export interface RenderOptions {
     /** "classes": a colour for each label. Default: "auto", classes for a field of labels, grey
      *  for intensities, else viridis. */
     colourMap?: "auto" | "viridis" | "grey" | "classes";
+    /** Classes of points that are left out: numbers and names of LAS, "noise,ground,31". With others than for the last
+     *  picture everything is read anew. */
+    dropClass?: string;
+    /** Classes of points that are drawn alone. */
+    showClass?: string;
     /** What to leave out. */
     without?: Array<"texture" | "colours" | "shadows" | "ground" | "panorama" | "reflections" | "legend">;
 }

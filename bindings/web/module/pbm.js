@@ -14,6 +14,7 @@ export const ATTRIBUTES = Object.freeze({
     GROUND: 16,
     PANORAMA: 32,
     CLOSED: 64,
+    ROUND_POINTS: 128,
 });
 
 const LATER = 7,
@@ -150,15 +151,17 @@ class Model {
             depthCount = given.depths ? width * height : 0;
         const pixels = pbm.room(pixelBytes + 4 * depthCount),
             depths = given.depths ? pixels + pixelBytes : 0;
-        const colourBy = given.colourBy ? memory.allocateText(given.colourBy) : 0;
+        const texts = {};
         let code;
         try {
+            for (const name of ["colourBy", "dropClass", "showClass"])
+                texts[name] = given[name] ? memory.allocateText(given[name]) : 0;
             writeCamera(memory, camera, given.camera);
-            writeOptions(memory, options, { ...given, colourBy }, pbm.threads);
+            writeOptions(memory, options, { ...given, ...texts }, pbm.threads);
             memory.write(PICTURE, picture, { width, height, pixels, pixelBytes, depths, depthCount });
             code = this.#code((error) => calls.module._pbm_render(this.#handle, camera, options, picture, error));
         } finally {
-            calls.module._free(colourBy);
+            for (const address of Object.values(texts)) calls.module._free(address);
         }
         let error = null;
         if (code !== CODES.OK) {
@@ -233,6 +236,8 @@ function writeOptions(memory, address, given, threads) {
         colourMap: oneOf(COLOUR_MAPS, given.colourMap ?? "auto", "colourMap"),
         colourBy: given.colourBy,
         colourRange: given.colourRange,
+        dropClass: given.dropClass,
+        showClass: given.showClass,
         headlight: given.headlight,
         samples: given.samples,
         finestLevel: given.finestLevel,

@@ -32,7 +32,7 @@ export const CAMERA = structure(
 export const OPTIONS = structure(
     "u32 structSize, i32 quality, i32 samples, i32 depthCue, u32 flags, u8 background 4, i32 finestLevel, f64 maxError, " +
         "i32 threads, u64 maxMemory, i32 lightFollows, f64 colourRange 2, f64 headlight 2, address colourBy, i32 colourMap, " +
-        "i32 shading, u8 backgroundBelow 4",
+        "address dropClass, address showClass, i32 shading, u8 backgroundBelow 4",
 );
 export const PICTURE = structure(
     "u32 structSize, i32 width, i32 height, address pixels, u32 pixelBytes, u32 stride, address depths, u32 depthCount, " +

@@ -67,6 +67,8 @@ const fields = path.join(SOURCE, "format_spec/golden/1.1/scan-fields.pbvg");
 const OF_FIELDS = [
     [{ colourBy: "intensity" }, ["--colour-by=intensity"]],
     [{ colourBy: "classification", quality: "fine" }, ["--colour-by=classification", "--quality", "fine"]],
+    [{ dropClass: "ground" }, ["--drop-class=ground"]],
+    [{ showClass: "ground,5", colourBy: "class" }, ["--show-class=ground,5", "--colour-by=class"]],
     [
         { colourBy: "height", colourRange: [-1, 0.5], colourMap: "grey", without: ["legend"] },
         ["--colour-by=height,-1,0.5,grey", "--no-legend"],

@@ -18,6 +18,7 @@ viewer.autoRotate = viewer.quality !== "fast";
 viewer.backs = "hide";
 viewer.lightFollows = null;
 viewer.headlight = "-60deg 20deg";
+viewer.dropClass = "noise";
 viewer.colourBy = viewer.noLegend ? "height,0,1,grey" : null;
 // @ts-expect-error
 viewer.quality = "best";

@@ -39,6 +39,8 @@ export function lookOf(element) {
         lightFollows: wordOf(element.getAttribute("light-follows"), LIGHT_FOLLOWS),
         headlight: headlightOf(element.getAttribute("headlight")),
         ...colouringOf(element.getAttribute("colour-by")),
+        dropClass: element.getAttribute("drop-class") ?? "",
+        showClass: element.getAttribute("show-class") ?? "",
         without: element.hasAttribute("no-legend") ? ["legend"] : [],
     };
 }

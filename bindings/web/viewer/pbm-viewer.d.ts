@@ -28,6 +28,8 @@
 //                  at most 180deg, and above it, at most 90deg: "-60deg 20deg". Anything else: none
 //   colour-by      "NAME[,MIN,MAX][,MAP]": points have the colours of height, normal, plain or a field, as pbm-render draws
 //                  them; MAP: viridis, grey, classes. A field that the model lacks is an error
+//   drop-class     classes of points that are left out: numbers and names of LAS, "noise,ground,31"
+//   show-class     classes of points that are drawn alone
 //   no-legend      the legend of these colours is left out
 //   poster         address of a picture that is shown until the model is; or give an element slot="poster"
 //   loading        auto (default) and lazy: once the element comes near the visible part of the page; eager: at once
@@ -160,6 +162,8 @@ export class PbmViewer extends HTMLElement {
     lightFollows: "eye" | "model" | null;
     headlight: string | null;
     colourBy: string | null;
+    dropClass: string | null;
+    showClass: string | null;
     loading: "auto" | "lazy" | "eager" | null;
     reveal: "auto" | "manual" | null;
     touchAction: string | null;

@@ -25,7 +25,7 @@ const BACKS = ["auto", "show", "hide"];
 
 class PbmViewer extends HTMLElement {
     static observedAttributes = (
-        "src poster quality backs auto-rotate camera-orbit camera-target field-of-view background shading light-follows headlight colour-by no-legend loading reveal controls alt"
+        "src poster quality backs auto-rotate camera-orbit camera-target field-of-view background shading light-follows headlight colour-by drop-class show-class no-legend loading reveal controls alt"
     ).split(" ");
 
     #parts = {}; // by id

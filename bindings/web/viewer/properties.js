@@ -17,6 +17,8 @@ export const PROPERTIES = {
     lightFollows: String,
     headlight: String,
     colourBy: String,
+    dropClass: String,
+    showClass: String,
     loading: String,
     reveal: String,
     touchAction: String,

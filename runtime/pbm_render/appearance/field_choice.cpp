@@ -27,11 +27,6 @@ const Field *find_named(const std::vector<Field> &fields, std::string_view name)
     return exact != nullptr ? exact : find([&](const Field &field) { return is_same(field.name, name); });
 }
 
-const Field *find_field(const std::vector<Field> &fields, const std::string &name) {
-    const Field *const named = find_named(fields, name);
-    return named != nullptr ? named : find_named(fields, field_to_keep(name));
-}
-
 constexpr std::array<std::pair<std::string_view, ColourBasis>, 3> kComputed{
     {{"height", ColourBasis::height}, {"normal", ColourBasis::normal}, {"plain", ColourBasis::plain}}};
 
@@ -117,6 +112,11 @@ Result<Bytes> height_sample(Reader &reader, std::size_t axis) {
 }
 
 } // namespace
+
+const Field *find_field(const std::vector<Field> &fields, const std::string &name) {
+    const Field *const named = find_named(fields, name);
+    return named != nullptr ? named : find_named(fields, field_to_keep(name));
+}
 
 bool can_colour_by(const ModelParameters &parameters, const std::string &name) {
     return computed_basis(name) || find_field(parameters.fields, name) != nullptr;

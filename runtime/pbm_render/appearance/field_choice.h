@@ -15,6 +15,8 @@ namespace pbm {
 //   height, normal, plain   what every model has: ColourBasis
 //   class, return           the fields "classification" and "return_number"
 
+// The field that a name stands for; null: none.
+const Field *find_field(const std::vector<Field> &fields, const std::string &name);
 // Whether the model can be coloured by that name.
 bool can_colour_by(const ModelParameters &parameters, const std::string &name);
 // The names of all that it can be coloured by.

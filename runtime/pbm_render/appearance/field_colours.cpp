@@ -1,5 +1,7 @@
 #include "pbm_render/appearance/field_colours.h"
 
+#include "pbm_format/model/intensity_stretch.h"
+#include "pbm_format/model/las_classes.h"
 #include "pbm_format/model/normal.h"
 #include "pbm_format/model/octree.h"
 #include "system/letters.h"
@@ -34,34 +36,30 @@ Rgb8 viridis(double t) {
     return colour;
 }
 
-struct LasClass {
-    std::string_view name;
-    Rgb8 colour;
-};
-constexpr std::array kLasClasses{LasClass{"never classified", {190, 190, 190}},
-                                 LasClass{"unclassified", {160, 160, 160}},
-                                 LasClass{"ground", {166, 118, 70}},
-                                 LasClass{"low vegetation", {170, 214, 120}},
-                                 LasClass{"medium vegetation", {96, 176, 76}},
-                                 LasClass{"high vegetation", {32, 122, 48}},
-                                 LasClass{"building", {222, 92, 64}},
-                                 LasClass{"low noise", {255, 0, 255}},
-                                 LasClass{"key point", {240, 200, 60}},
-                                 LasClass{"water", {64, 132, 222}},
-                                 LasClass{"rail", {120, 90, 150}},
-                                 LasClass{"road surface", {96, 96, 110}},
-                                 LasClass{"overlap", {210, 190, 160}},
-                                 LasClass{"wire guard", {250, 230, 120}},
-                                 LasClass{"wire conductor", {250, 240, 40}},
-                                 LasClass{"transmission tower", {150, 60, 160}},
-                                 LasClass{"wire connector", {200, 170, 40}},
-                                 LasClass{"bridge deck", {180, 130, 130}},
-                                 LasClass{"high noise", {255, 80, 200}}};
+constexpr std::array<Rgb8, kLasClasses> kClassColours{{{190, 190, 190},
+                                                       {160, 160, 160},
+                                                       {166, 118, 70},
+                                                       {170, 214, 120},
+                                                       {96, 176, 76},
+                                                       {32, 122, 48},
+                                                       {222, 92, 64},
+                                                       {255, 0, 255},
+                                                       {240, 200, 60},
+                                                       {64, 132, 222},
+                                                       {120, 90, 150},
+                                                       {96, 96, 110},
+                                                       {210, 190, 160},
+                                                       {250, 230, 120},
+                                                       {250, 240, 40},
+                                                       {150, 60, 160},
+                                                       {200, 170, 40},
+                                                       {180, 130, 130},
+                                                       {255, 80, 200}}};
 
 // Of a label: those of LAS, then hues a golden angle apart.
 Rgb8 class_colour(std::uint32_t label) {
-    if (label < kLasClasses.size())
-        return kLasClasses[label].colour;
+    if (label < kClassColours.size())
+        return kClassColours[label];
     const double hue = std::fmod(label * 0.618034, 1.0) * 6;
     Rgb8 colour{};
     for (std::size_t c = 0; c < 3; ++c) {
@@ -97,14 +95,6 @@ bool is_intensity(const std::string &name) {
     return text.ends_with("intensity") || text.ends_with("reflectance");
 }
 
-// The gamma for which the median has the middle of the map.
-double gamma_of(double least, double median, double most) {
-    constexpr double kSteepest = 4;
-    if (!(median > least && median < most))
-        return median > least ? kSteepest : 1 / kSteepest;
-    return std::clamp(std::log(0.5) / std::log((median - least) / (most - least)), 1 / kSteepest, kSteepest);
-}
-
 Rgb8 colour_of(ColourMap map, std::size_t index) {
     const double part = static_cast<double>(index) / 254;
     switch (map) {
@@ -127,10 +117,6 @@ double place_of(const FieldColours &colours, double value) {
 
 } // namespace
 
-std::string_view class_name(std::uint32_t number) {
-    return number < kLasClasses.size() ? kLasClasses[number].name : std::string_view();
-}
-
 FieldColours field_colours(std::size_t field, const Field &description, const ColourChoice &choice, ByteView sample) {
     const bool has_labels = description.average == FieldAverage::majority && !choice.range;
     const bool is_stretched = !has_labels && !choice.range && !choice.map && is_intensity(description.name);
@@ -142,11 +128,12 @@ FieldColours field_colours(std::size_t field, const Field &description, const Co
                          .labels = {},
                          .description = description};
     std::vector<std::uint32_t> values = sorted_values(description, sample);
-    const auto [least, most] = choice.range.value_or(range_of(description, values, is_stretched ? 2 : 1));
+    const auto [least, most] =
+        choice.range.value_or(range_of(description, values, is_stretched ? kOmittedIntensities : 1));
     colours.least = least;
     colours.most = most;
     if (is_stretched && !values.empty() && least < most)
-        colours.gamma = gamma_of(least, description.value(values[values.size() / 2]), most);
+        colours.gamma = intensity_gamma(least, description.value(values[values.size() / 2]), most);
     colours.palette[0] = kNoValue;
     for (std::size_t i = 1; i < colours.palette.size(); ++i)
         colours.palette[i] = colour_of(colours.map, i - 1);
@@ -173,6 +160,9 @@ FieldColours height_colours(const Grid &grid, std::size_t axis, const ColourChoi
     FieldColours colours = field_colours(0, height_field(grid, axis), choice, sample);
     colours.basis = ColourBasis::height;
     colours.axis = axis;
+    constexpr double kBegin = 0.3; // of viridis: the ground, most of many scans, is lighter than the background
+    for (std::size_t i = 1; i < colours.palette.size() && !choice.map; ++i)
+        colours.palette[i] = viridis(kBegin + (1 - kBegin) * static_cast<double>(i - 1) / 254);
     return colours;
 }
 

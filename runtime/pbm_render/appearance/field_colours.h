@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 namespace pbm {
@@ -57,6 +56,7 @@ Field height_field(const Grid &grid, std::size_t axis);
 constexpr std::uint32_t stored_height(std::uint32_t coordinate, int level) {
     return 1 + static_cast<std::uint32_t>((std::uint64_t{2} * coordinate + 1) * 65535 >> (level + 1));
 }
+// Unless the map is chosen, its darkest part is left out.
 FieldColours height_colours(const Grid &grid, std::size_t axis, const ColourChoice &choice, ByteView sample);
 
 // Returns parameters for a renderer that draws the points in these colours. It takes their texture values as indices of
@@ -72,8 +72,5 @@ void colour_normals(std::span<const std::uint16_t> normals, Bytes &colours);
 
 // Replaces the texture values, or the colours, of a whole model whose fields are loaded.
 void colour_by_field(Model &model, const FieldColours &colours);
-
-// Name of a class of LAS: "ground", "building", ..; empty for other numbers. LAS 1.4 R15, table 17
-std::string_view class_name(std::uint32_t number);
 
 } // namespace pbm

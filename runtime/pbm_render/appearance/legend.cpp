@@ -1,5 +1,7 @@
 #include "pbm_render/appearance/legend.h"
 
+#include "pbm_format/model/las_classes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -23,17 +25,20 @@ std::string number(double value, int digits = 6) {
     return text.data();
 }
 
-// The values at the ends and in the middle of a range, with as many digits as tell them apart.
+// The values at the ends and in the middle of a range, to a hundredth of it: coordinates that are measured from far
+// away have no more digits than others.
 std::array<std::string, 3> tick_texts(double least, double most) {
     if (least == most)
         return {"", number(least), ""};
-    constexpr int kMin = 6, kMax = 17;
+    constexpr int kPlain = 9; // digits before the point that are written without a power of ten
+    const auto power_of = [](double size) { return static_cast<int>(std::floor(std::log10(size))); };
+    const int power = power_of(std::max(std::fabs(least), std::fabs(most))), step = power_of(most - least) - 2;
+    const int digits = std::clamp(std::max(power - step + 1, std::min(power + 1, kPlain)), 1, 17);
+    const double unit = std::pow(10, step);
+    const std::array<double, 3> values{least, (least + most) / 2, most};
     std::array<std::string, 3> texts;
-    for (int digits = kMin; digits <= kMax; ++digits) {
-        texts = {number(least, digits), number((least + most) / 2, digits), number(most, digits)};
-        if (texts[0] != texts[1] && texts[1] != texts[2])
-            break;
-    }
+    for (std::size_t i = 0; i < texts.size(); ++i)
+        texts[i] = number(std::round(values[i] / unit) * unit + 0.0, digits); // 0 for -0
     return texts;
 }
 
@@ -103,7 +108,7 @@ class Canvas {
 
 } // namespace
 
-std::optional<Legend> legend_of(const FieldColours &colours) {
+std::optional<Legend> legend_of(const FieldColours &colours, const std::optional<HiddenClasses> &hidden) {
     if (colours.basis == ColourBasis::plain)
         return std::nullopt;
     if (colours.basis == ColourBasis::normal)
@@ -113,6 +118,8 @@ std::optional<Legend> legend_of(const FieldColours &colours) {
     Legend legend{.title = ascii(field.name + (field.unit.empty() ? "" : " (" + field.unit + ")")), .rows = {}};
     if (colours.map == ColourMap::classes) {
         for (const std::uint32_t stored : colours.labels) {
+            if (hidden && hidden->field == colours.field && hidden->hides[stored] != 0)
+                continue;
             if (legend.rows.size() == kMaxRows) {
                 legend.rows.back() = {{96, 96, 96}, "more"};
                 break;

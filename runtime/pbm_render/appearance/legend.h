@@ -3,6 +3,7 @@
 #pragma once
 
 #include "pbm_render/appearance/field_colours.h"
+#include "pbm_render/appearance/hidden_classes.h"
 #include "pbm_render/picture/framebuffer.h"
 
 #include <array>
@@ -23,8 +24,8 @@ struct Legend {
     std::array<std::string, 3> ticks{}; // at its ends and its middle, from the least on
 };
 
-// None of plain colours.
-std::optional<Legend> legend_of(const FieldColours &colours);
+// None of plain colours. Classes that are `hidden` have no row.
+std::optional<Legend> legend_of(const FieldColours &colours, const std::optional<HiddenClasses> &hidden = {});
 
 // Draws the legend into the upper right corner, in the size of text that the picture's height suggests; not at all
 // where it would cover a third of the picture or more. Letters beyond ASCII are drawn as question marks.

@@ -229,7 +229,7 @@ std::size_t find_visible_bricks(const RunGeometry &geometry, const FrameGeometry
             const HalfSpaces::Side side = side_of_clip(clip, run.chunk->bricks[i + lane], geometry.voxel);
             if (side == HalfSpaces::Side::outside)
                 continue;
-            const bool is_cut = side == HalfSpaces::Side::cut;
+            const bool is_cut = side == HalfSpaces::Side::cut || run.hides_points;
             to[seen++] = {.u = lane_values.u[lane],
                           .v = lane_values.v[lane],
                           .w = lane_values.w[lane],

@@ -23,7 +23,7 @@ struct VisibleBrick {
     bool faces_away;          // all its points face away, and backs are shown: kFacingSlack does not apply to them
     std::uint8_t block;       // its splats are drawn as blocks of so many pixels each way, 2 or 3; 0: as ellipses
     bool thin;                // splats are so small that redundant points (surface_offsets.h) may be left out
-    bool is_cut;              // some of its points may lie outside of the camera's clip region
+    bool is_cut;              // some of its points may be hidden, or lie outside of the camera's clip region
 };
 
 // Values that all bricks of a run share.

@@ -35,15 +35,15 @@ DrawnLevel::DrawnLevel(const Model &model, int level)
             both_, points, sides_.values);
     const PointAttributes &of_all = has_sides() ? both_ : points;
     values_ = drawn_ = view_points(of_all, 0, of_all.size(), set);
-    mark_round_points(drawn_, model.parameters, level, round_);
+    mark_round_points(drawn_, model.parameters, level, marked_);
     if (!has_sides())
         return;
     std::vector<std::uint16_t> normals(drawn_.normals.begin(), drawn_.normals.end());
     for (std::size_t i = 0; i < sides_.size(); ++i)
         for (const std::size_t side : {std::size_t{sides_.points[i]}, count_ + i})
-            normals[side] |= kSideBits;
-    round_.normals = std::move(normals);
-    drawn_.normals = round_.normals;
+            normals[side] |= is_hidden(points.normals[sides_.points[i]]) ? kHiddenBits : kSideBits;
+    marked_.normals = std::move(normals);
+    drawn_.normals = marked_.normals;
 }
 
 std::optional<std::size_t> DrawnLevel::second(std::size_t point) const {

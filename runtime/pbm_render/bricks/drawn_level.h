@@ -34,7 +34,7 @@ class DrawnLevel {
     std::size_t count_; // points of the level
     PointAttributes both_;
     PointView values_, drawn_;
-    RoundPoints round_;
+    MarkedPoints marked_;
 };
 
 } // namespace pbm

@@ -22,7 +22,8 @@ struct PointRun {
     // Of second sides (chunk_sides.h): whose points, of the chunk in the file, they are. Null: the points are the
     // chunk's.
     const std::uint32_t *origins = nullptr;
-    bool has_sides = false; // some points are sides: normals with kSideBit
+    bool has_sides = false;    // some points are sides: normals with kSideBit
+    bool hides_points = false; // some are hidden: normals with kHiddenBits
 };
 
 // Value of point `i` in a shadow stream of `bits` bits, 0 .. 2^bits - 1; the largest is fully lit.

@@ -27,7 +27,7 @@ std::uint8_t drawn_radius(std::uint8_t stored, int level, int depth) {
     return std::min(stored, radius_index(std::max(below, kRoundCover * edge)));
 }
 
-void mark_round_points(PointView &points, const ModelParameters &parameters, int level, RoundPoints &to) {
+void mark_round_points(PointView &points, const ModelParameters &parameters, int level, MarkedPoints &to) {
     const std::vector<Material> &materials = parameters.materials;
     const auto is_round_point = [&](std::size_t i) {
         const std::size_t material = points.materials.empty() ? 0 : points.materials[i];
@@ -51,6 +51,33 @@ void mark_round_points(PointView &points, const ModelParameters &parameters, int
         }
     points.normals = to.normals;
     points.radii = to.radii;
+}
+
+bool mark_hidden_points(PointView &points, const HiddenClasses &hidden, ByteView classes, MarkedPoints &to) {
+    const std::uint8_t bytes = hidden.description.bytes;
+    const auto is_hidden = [&](std::size_t i) { return hidden.hides[stored_value(classes, i, bytes)] != 0; };
+    const std::size_t count = std::min(points.normals.size(), classes.size() / bytes);
+    std::size_t first = 0;
+    while (first < count && !is_hidden(first))
+        ++first;
+    if (first == count)
+        return false;
+    if (to.normals.empty())
+        to.normals.assign(points.normals.begin(), points.normals.end());
+    for (std::size_t i = first; i < count; ++i)
+        if (is_hidden(i))
+            to.normals[i] |= kHiddenBits;
+    points.normals = to.normals;
+    return true;
+}
+
+void hide_points(Model &model, const HiddenClasses &hidden) {
+    for (Level &level : model.levels) {
+        MarkedPoints marked;
+        PointView points = view_points(level.points, 0, level.points.size(), model.parameters.attributes);
+        if (mark_hidden_points(points, hidden, level.fields[hidden.field], marked))
+            std::copy(marked.normals.begin(), marked.normals.end(), level.points.normals.begin());
+    }
 }
 
 } // namespace pbm

@@ -195,15 +195,17 @@ Sphere enclose(const std::vector<glm::dvec3> &corners) {
 } // namespace
 
 Extent find_extent(const Grid &grid, const CoarseVoxels &coarse) {
-    const auto [masks, level, radii] = coarse;
+    const auto [masks, level, radii, hidden] = coarse;
     assert(level >= 0 && level <= kBoundsLevel);
     const std::vector<MortonCode> codes = occupied(masks, level);
     const bool is_finest = level == grid.depth;
     const double dense_reach = is_finest && codes.size() < kFewVoxels ? 0.5 : kDenseReach;
     std::vector<Voxel> voxels;
     voxels.reserve(codes.size());
+    const bool draws_some = std::find(hidden.begin(), hidden.end(), 0) != hidden.end();
     for (std::size_t i = 0; i < codes.size(); ++i)
-        voxels.push_back({codes[i], i < radii.size() ? margin_of(radii[i], level, is_finest, dense_reach) : 0});
+        if (!draws_some || i >= hidden.size() || hidden[i] == 0)
+            voxels.push_back({codes[i], i < radii.size() ? margin_of(radii[i], level, is_finest, dense_reach) : 0});
     remove_specks(voxels, level);
     Extent extent{.sphere = {}, .corners = outer_corners(voxels, level)};
     extent.sphere = enclose(extent.corners);
@@ -222,7 +224,7 @@ Extent find_extent(const Grid &grid, std::span<const Level> levels) {
     std::vector<ByteView> masks;
     for (const Level &level : levels)
         masks.emplace_back(level.masks);
-    return find_extent(grid, {masks, static_cast<int>(levels.size()) - 1, levels.back().points.radii});
+    return find_extent(grid, {masks, static_cast<int>(levels.size()) - 1, levels.back().points.radii, {}});
 }
 
 } // namespace pbm

@@ -45,6 +45,7 @@ struct CoarseVoxels {
     std::span<const ByteView> masks; // [L]: the child masks of levels 1..level. BVG.md 4
     int level = 0;                   // 0..kBoundsLevel
     ByteView radii;                  // indices (BVG.md 6.2) of the level's points; empty: no disc protrudes
+    ByteView hidden{};               // [points] 1: is left out, unless all are; empty: none
 };
 Extent find_extent(const Grid &grid, const CoarseVoxels &voxels);
 // `levels`: the first ones of a model, from level 0 on. Uses the finest of them up to kBoundsLevel.

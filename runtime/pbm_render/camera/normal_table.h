@@ -25,6 +25,9 @@ inline constexpr std::uint16_t kRoundBit = 0x4000;
 // a point of its own. Bit 15 of their normals marks them. Like two-sided points they lie at the centre of their voxel:
 // surfaces that sink below it, each its own way, would cross.
 inline constexpr std::uint16_t kSideBit = 0x8000, kSideBits = kSideBit | kTwoSidedBit;
+// Points that are not drawn. No side is round.
+inline constexpr std::uint16_t kHiddenBits = kRoundBit | kSideBit;
+constexpr bool is_hidden(std::uint16_t drawn_normal) { return (drawn_normal & kHiddenBits) == kHiddenBits; }
 inline constexpr std::size_t kDrawnNormals = kRoundBit + kNormalCount;
 // The bits of a drawn normal that are its index into a table of a frame.
 constexpr std::uint16_t drawn_normal_mask(bool has_round_points) {

@@ -55,25 +55,18 @@ void index_heights(const FieldColours &colours, const ChunkView &chunk, int leve
         }
 }
 
-// Bytes of a point's stored value and of its colour.
-std::uint64_t colouring_bytes(const FieldColours *colours) {
-    if (colours == nullptr)
-        return 0;
-    switch (colours->basis) {
-    case ColourBasis::field: return std::uint64_t{1} + colours->description.bytes;
-    case ColourBasis::height: return 1;
-    case ColourBasis::normal: return 3;
-    default: return 0;
-    }
-}
-
 } // namespace
 
-ChunkLoader::ChunkLoader(const Reader &reader, const FieldColours *colours)
-    : reader_(reader), sides_(reader), root_(reader.root_chunk()), colours_(colours) {
-    const bool has_field = colours_ != nullptr && colours_->basis == ColourBasis::field;
-    if (Result<FieldReader> fields = has_field ? FieldReader::open(reader) : Error(); fields)
+ChunkLoader::ChunkLoader(const Reader &reader, const FieldColours *colours, const HiddenClasses *hidden)
+    : reader_(reader), sides_(reader), root_(reader.root_chunk()), colours_(colours), hidden_(hidden) {
+    if (colours_ != nullptr && colours_->basis == ColourBasis::field)
+        read_fields_.push_back(colours_->field);
+    if (hidden_ != nullptr && (read_fields_.empty() || read_fields_.front() != hidden_->field))
+        read_fields_.push_back(hidden_->field);
+    if (Result<FieldReader> fields = read_fields_.empty() ? Error() : FieldReader::open(reader); fields)
         fields_ = std::move(*fields);
+    else
+        read_fields_.clear();
 }
 
 Status ChunkLoader::begin_level(const LevelDirectory &level) {
@@ -90,37 +83,50 @@ std::vector<FileRange> ChunkLoader::directories_wanted(int level) const {
     return wanted;
 }
 
-// A point's index in the colour map takes the place of its texture value.
-Status ChunkLoader::load_field(const ChunkTask &task, ResidentChunk &to) const {
+Status ChunkLoader::load_fields(const ChunkTask &task, ResidentChunk &to) const {
     const auto [level, index] = task.place;
-    const std::size_t number = colours_->field;
-    const Field &field = fields_->fields()[number];
-    const Bytes root = fields_->root_value(number);
-    const ByteView above =
-        level == 1 ? ByteView(root)
-                   : slice(task.parent->field, field.bytes * (task.entry->first_node - task.parent_entry->first_point),
-                           std::uint64_t{field.bytes} * task.entry->shape.nodes);
-    if (Status status = decode_field(fields_->entry(level, index, number), field, task.bytes.field.bytes, to.view.masks,
-                                     above, to.field);
-        !status)
-        return status;
-    index_field(*colours_, field, to.field, to.field_colours);
-    to.view.textures = to.field_colours;
+    for (std::size_t read = 0; read < read_fields_.size(); ++read) {
+        const std::size_t number = read_fields_[read];
+        const Field &field = fields_->fields()[number];
+        const Bytes root = fields_->root_value(number);
+        const ByteView above = level == 1
+                                   ? ByteView(root)
+                                   : slice(task.parent->fields[read],
+                                           field.bytes * (task.entry->first_node - task.parent_entry->first_point),
+                                           std::uint64_t{field.bytes} * task.entry->shape.nodes);
+        if (Status status = decode_field(fields_->entry(level, index, number), field, task.bytes.fields[read].bytes,
+                                         to.view.masks, above, to.fields[read]);
+            !status)
+            return status;
+    }
     return {};
 }
 
 // Replaces the texture values, or the colours, of the chunk's points.
-Status ChunkLoader::colour(const ChunkTask &task, ResidentChunk &to) const {
-    if (fields_)
-        return load_field(task, to);
-    if (colours_ != nullptr && colours_->basis == ColourBasis::height) {
-        index_heights(*colours_, to.view, task.place.level, to.field_colours);
-        to.view.textures = to.field_colours;
-    } else if (colours_ != nullptr && colours_->basis == ColourBasis::normal) {
+void ChunkLoader::colour(int level, ResidentChunk &to) const {
+    if (colours_ == nullptr || colours_->basis == ColourBasis::plain)
+        return;
+    if (colours_->basis == ColourBasis::normal) {
         colour_normals(to.view.normals, to.field_colours);
         to.view.colours = to.field_colours;
+        return;
     }
-    return {};
+    if (colours_->basis == ColourBasis::height)
+        index_heights(*colours_, to.view, level, to.field_colours);
+    else if (fields_)
+        index_field(*colours_, fields_->fields()[colours_->field], to.fields.front(), to.field_colours);
+    to.view.textures = to.field_colours;
+}
+
+void ChunkLoader::mark(int level, ResidentChunk &to) const {
+    mark_round_points(to.view, reader_.parameters(), level, to.marked);
+    if (hidden_ != nullptr && fields_)
+        to.hides_points = mark_hidden_points(to.view, *hidden_, to.fields[read_fields_.size() - 1], to.marked);
+    if (!to.hides_points || to.sides == nullptr)
+        return;
+    for (std::size_t i = 0; i < to.sides->points.size(); ++i)
+        if (is_hidden(to.view.normals[to.sides->points[i]]))
+            to.sides->second.points.normals[i] |= kHiddenBits;
 }
 
 Status ChunkLoader::load_sides(const ChunkTask &task, ResidentChunk &to) const {
@@ -193,10 +199,11 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
     }
     if (Status status = load_sides(task, *chunk); !status)
         return std::move(status).error();
-    if (Status status = colour(task, *chunk); !status)
+    if (Status status = load_fields(task, *chunk); !status)
         return std::move(status).error();
+    colour(task.place.level, *chunk);
     colour_second_sides(*chunk);
-    mark_round_points(chunk->view, reader_.parameters(), task.place.level, chunk->round);
+    mark(task.place.level, *chunk);
     chunk->bounds = bounds_of(chunk->view.bricks, task.place.level);
     for (const BrickRecord &brick : chunk->view.bricks)
         chunk->largest_radius = std::max(chunk->largest_radius, brick.largest_radius);
@@ -207,14 +214,23 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
     return out_of_memory();
 }
 
+std::uint64_t ChunkLoader::added_bytes() const {
+    std::uint64_t bytes = has_round_points(reader_.parameters()) ? kRoundPointBytes
+                          : hidden_ != nullptr                   ? kHiddenPointBytes
+                                                                 : 0;
+    for (const std::size_t number : read_fields_)
+        bytes += fields_->fields()[number].bytes;
+    if (colours_ != nullptr && colours_->basis != ColourBasis::plain)
+        bytes += colours_->basis == ColourBasis::normal ? 3 : 1;
+    return bytes;
+}
+
 std::uint64_t ChunkLoader::memory_of(ChunkPlace place, const ChunkEntry &entry) const {
     const int level = place.level;
     const AttributeSet &set = reader_.parameters().attributes;
     const ChunkShape &shape = entry.shape;
-    const std::uint64_t round = has_round_points(reader_.parameters()) ? RoundPoints::kBytes : 0;
     const std::uint64_t sides = ChunkSides::memory_of(entry, set, sides_.entry(level, place.index).raw_bytes);
-    const std::uint64_t offsets =
-        sides + ChunkOffsets::memory_of(shape) + (colouring_bytes(colours_) + round) * shape.points;
+    const std::uint64_t offsets = sides + ChunkOffsets::memory_of(shape) + added_bytes() * shape.points;
     if (is_mapped()) // the bytes of a whole file take no memory
         return offsets + (reader_.source().is_whole() ? 0 : bytes_read_by(entry));
     LevelDirectory alone{.level = level, .chunks = {}, .points = shape.points, .nodes = shape.nodes};
@@ -229,11 +245,26 @@ std::uint64_t ChunkLoader::memory_of(ChunkPlace place, const ChunkEntry &entry) 
 
 std::optional<StoredChunk> ChunkLoader::bytes_of(ChunkPlace place) const {
     std::optional<ChunkBytes> chunk = reader_.chunk_bytes(place.level, place.index);
-    std::optional<HeldBytes> field = fields_ ? reader_.source().view(ranges_of(place)[2]) : HeldBytes();
     std::optional<HeldBytes> sides = reader_.source().view(sides_.entry(place.level, place.index).range());
-    if (!chunk || !field || !sides)
+    if (!chunk || !sides)
         return std::nullopt;
-    return StoredChunk{std::move(*chunk), std::move(*field), std::move(*sides)};
+    StoredChunk stored{std::move(*chunk), {}, std::move(*sides)};
+    for (std::size_t read = 0; read < read_fields_.size(); ++read) {
+        std::optional<HeldBytes> field = reader_.source().view(field_range(place, read));
+        if (!field)
+            return std::nullopt;
+        stored.fields[read] = std::move(*field);
+    }
+    return stored;
+}
+
+std::array<FileRange, 3 + kReadFields> ChunkLoader::ranges_of(ChunkPlace place) const {
+    std::array<FileRange, 3 + kReadFields> ranges{reader_.chunk_range(place.level, place.index),
+                                                  reader_.brick_range(place.level, place.index),
+                                                  sides_.entry(place.level, place.index).range()};
+    for (std::size_t read = 0; read < read_fields_.size(); ++read)
+        ranges[3 + read] = field_range(place, read);
+    return ranges;
 }
 
 bool ChunkLoader::has_bytes(ChunkPlace place) const {

@@ -5,6 +5,7 @@
 #include "pbm_format/reading/reader.h"
 #include "pbm_format/reading/side_reader.h"
 #include "pbm_render/appearance/field_colours.h"
+#include "pbm_render/appearance/hidden_classes.h"
 #include "pbm_render/bricks/frame_geometry.h"
 #include "pbm_render/detail/detail_view.h"
 #include "pbm_render/detail/resident_chunk.h"
@@ -16,7 +17,7 @@ using FramePointer = std::shared_ptr<const FrameGeometry>;
 
 // The stored bytes of a chunk.
 struct StoredChunk : ChunkBytes {
-    HeldBytes field; // of the field that points show
+    std::array<HeldBytes, kReadFields> fields;
     HeldBytes sides;
 };
 
@@ -33,9 +34,12 @@ struct ChunkTask {
 class ChunkLoader {
   public:
     // `reader` must outlive the loader and must have read the directories of the levels that are loaded. `colours`:
-    // what points show in place of their own, or null; the file has the field, and the source its section of fields.
-    // Thread-safe.
-    explicit ChunkLoader(const Reader &reader, const FieldColours *colours = nullptr);
+    // what points show in place of their own, or null; `hidden`: the points that are left out, or null. The file has
+    // their fields, and the source its section of fields. Thread-safe.
+    explicit ChunkLoader(const Reader &reader, const FieldColours *colours = nullptr,
+                         const HiddenClasses *hidden = nullptr);
+
+    bool reads_fields() const { return fields_.has_value(); }
 
     // Reads what the loading of a level needs beside its directory.
     Status begin_level(const LevelDirectory &level);
@@ -67,22 +71,26 @@ class ChunkLoader {
   private:
     bool is_mapped() const { return reader_.header().storage() == Storage::mapped; }
     Status decode(const ChunkTask &task, ResidentChunk &to) const;
-    Status load_field(const ChunkTask &task, ResidentChunk &to) const;
-    Status colour(const ChunkTask &task, ResidentChunk &to) const;
+    Status load_fields(const ChunkTask &task, ResidentChunk &to) const;
+    void colour(int level, ResidentChunk &to) const;
+    void mark(int level, ResidentChunk &to) const;
     Status load_sides(const ChunkTask &task, ResidentChunk &to) const;
     void colour_second_sides(ResidentChunk &to) const;
-    // Of its streams, its bricks, the shown field and its sides; no bytes where there are none.
-    std::array<FileRange, 4> ranges_of(ChunkPlace place) const {
-        return {reader_.chunk_range(place.level, place.index), reader_.brick_range(place.level, place.index),
-                fields_ ? fields_->entry(place.level, place.index, colours_->field).range() : FileRange{},
-                sides_.entry(place.level, place.index).range()};
+    // Bytes of a point beside its streams: stored values of fields, colours, marks.
+    std::uint64_t added_bytes() const;
+    FileRange field_range(ChunkPlace place, std::size_t read) const {
+        return fields_->entry(place.level, place.index, read_fields_[read]).range();
     }
+    // Of its streams, its bricks, its sides and its fields; no bytes where there are none.
+    std::array<FileRange, 3 + kReadFields> ranges_of(ChunkPlace place) const;
 
     const Reader &reader_;
     SideReader sides_;
     const Chunk root_; // the parent of level 1
     const FieldColours *colours_;
-    std::optional<FieldReader> fields_; // with colours of a field
+    const HiddenClasses *hidden_;
+    std::optional<FieldReader> fields_;    // if a field is read
+    std::vector<std::size_t> read_fields_; // at most kReadFields: first that of the colours, if they are of one
 };
 
 } // namespace pbm

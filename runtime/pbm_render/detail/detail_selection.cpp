@@ -199,7 +199,8 @@ void Selector::draw(const ResidentChunk &chunk, ChunkPlace place, std::uint32_t 
                         .first = first,
                         .last = last,
                         .offsets = &chunk.offsets,
-                        .has_sides = chunk.sides != nullptr});
+                        .has_sides = chunk.sides != nullptr,
+                        .hides_points = chunk.hides_points});
     sides_.resize(runs.size());
     sides_.back() = chunk.sides.get();
     has_sides_ |= chunk.sides != nullptr;
@@ -224,7 +225,8 @@ void Selector::add_second_sides() {
                                        .last = last,
                                        .offsets = &sides_[i]->offsets,
                                        .origins = sides_[i]->points.data(),
-                                       .has_sides = true});
+                                       .has_sides = true,
+                                       .hides_points = run.hides_points});
     }
 }
 

@@ -8,6 +8,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -51,17 +52,21 @@ class MemoryClaim {
     std::uint64_t bytes_ = 0;
 };
 
+// The most fields that a picture reads: that of its colours, and that of the classes which it leaves out.
+inline constexpr std::size_t kReadFields = 2;
+
 struct ResidentChunk {
-    ChunkView view;                  // spans of `decoded` and `bricks`, or of a mapped file
-    ChunkOffsets offsets;            // of its points
-    Box bounds;                      // of the bricks
-    std::uint8_t largest_radius = 0; // index, of all points
-    Chunk decoded;                   // of a packed file; its lit fractions are packed
-    std::vector<BrickRecord> bricks; // of a packed file, or of a chunk with sides
-    // Stored values of the shown field, and what the view has of them as texture values, or as colours of normals.
-    Bytes field, field_colours;
-    std::unique_ptr<ChunkSides> sides; // null: no point has some
-    RoundPoints round;                 // drawn normals and radii; of chunks with round points
+    ChunkView view;                        // spans of `decoded` and `bricks`, or of a mapped file
+    ChunkOffsets offsets;                  // of its points
+    Box bounds;                            // of the bricks
+    std::uint8_t largest_radius = 0;       // index, of all points
+    Chunk decoded;                         // of a packed file; its lit fractions are packed
+    std::vector<BrickRecord> bricks;       // of a packed file, or of a chunk with sides
+    std::array<Bytes, kReadFields> fields; // stored values
+    Bytes field_colours;                   // what the view has as texture values, or as colours
+    std::unique_ptr<ChunkSides> sides;     // null: no point has some
+    MarkedPoints marked;                   // drawn normals and radii; of chunks with round or hidden points
+    bool hides_points = false;
     MemoryClaim memory;
 };
 using ResidentPointer = std::shared_ptr<const ResidentChunk>;

@@ -26,8 +26,9 @@ std::uint64_t opening_bytes(const Reader &reader) {
 
 struct StreamedModel::Parts {
     Parts(Reader r, StreamingOptions options)
-        : reader(std::move(r)), colours(std::move(options.field)), loader(reader, colours ? &*colours : nullptr),
-          cache(options.max_memory), finest(reader.depth()), bytes_read(opening_bytes(reader)),
+        : reader(std::move(r)), colours(std::move(options.field)), hidden(std::move(options.hidden)),
+          loader(reader, colours ? &*colours : nullptr, hidden ? &*hidden : nullptr), cache(options.max_memory),
+          finest(reader.depth()), bytes_read(opening_bytes(reader)),
           scheduler(loader, cache, mutex, options.threads, std::move(options.pool), std::move(options.arrived)) {}
 
     Status read_directory(int level);
@@ -41,6 +42,7 @@ struct StreamedModel::Parts {
 
     Reader reader;
     const std::optional<FieldColours> colours;
+    const std::optional<HiddenClasses> hidden;
     ChunkLoader loader;
     std::mutex mutex; // guards cache and errors
     ChunkCache cache;
@@ -117,17 +119,21 @@ Result<Extent> StreamedModel::bounds() try {
     const std::lock_guard lock(parts_->mutex);
     std::vector<Bytes> masks(static_cast<std::size_t>(level) + 1);
     Bytes radii;
+    std::vector<std::uint8_t> hidden;
     for (const MissingChunk &chunk : all) {
         const ResidentPointer &resident = parts_->cache.chunk(chunk.place);
         if (resident == nullptr)
             return Error{ErrorCode::bad_content, 0, "a coarse level is damaged"};
         Bytes &of_level = masks[static_cast<std::size_t>(chunk.place.level)];
         of_level.insert(of_level.end(), resident->view.masks.begin(), resident->view.masks.end());
-        if (chunk.place.level == level)
-            radii.insert(radii.end(), resident->view.radii.begin(), resident->view.radii.end());
+        if (chunk.place.level != level)
+            continue;
+        radii.insert(radii.end(), resident->view.radii.begin(), resident->view.radii.end());
+        for (const std::uint16_t normal : parts_->hidden ? resident->view.normals : std::span<const std::uint16_t>())
+            hidden.push_back(is_hidden(normal));
     }
     const std::vector<ByteView> views(masks.begin(), masks.end());
-    Extent extent = find_extent(parts_->reader.parameters().grid, {views, level, radii});
+    Extent extent = find_extent(parts_->reader.parameters().grid, {views, level, radii, hidden});
     extent.from_above = unasked_look(parts_->reader).from_above;
     return extent;
 } catch (const std::bad_alloc &) {
@@ -138,7 +144,7 @@ std::vector<FileRange> StreamedModel::bounds_wanted() const {
     std::vector<FileRange> wanted;
     const std::lock_guard lock(parts_->mutex);
     const Reader &reader = parts_->reader;
-    const bool has_field = parts_->colours && parts_->colours->basis == ColourBasis::field;
+    const bool has_field = parts_->loader.reads_fields();
     for (int level = 1; level <= std::min(kBoundsLevel, reader.depth()); ++level) {
         if (level <= parts_->cache.known_levels()) {
             parts_->list_wanted(level, wanted);

@@ -25,6 +25,7 @@
 
 #include "pbm_format/reading/reader.h"
 #include "pbm_render/appearance/field_colours.h"
+#include "pbm_render/appearance/hidden_classes.h"
 #include "pbm_render/bricks/point_run.h"
 #include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/detail_view.h"
@@ -45,6 +46,7 @@ struct StreamingOptions {
     // The colours that points are drawn in: renderers take with_field_colours(parameters). The file must have the
     // field, and the source the ranges of colour_sample_ranges.
     std::optional<FieldColours> field = {};
+    std::optional<HiddenClasses> hidden = {}; // points that are left out; likewise
 };
 
 struct StreamingStatistics {

@@ -64,7 +64,7 @@ class PlainWalk {
 void PlainWalk::draw_node(int level, const glm::dvec3 &centre, const glm::vec3 &image) {
     const std::size_t node = next_[static_cast<std::size_t>(level)]++;
     if (level == level_) {
-        if (is_cut_off(centre))
+        if (is_hidden(points_.normals[node]) || is_cut_off(centre))
             return;
         draw_point(node, image);
         if (const auto second = drawn_.second(node))

@@ -264,9 +264,12 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const VisibleBrick
             const auto turned = hn::And(hn::ShiftRight<16>(hn::BitCast(di, normal.turn)), stored);
             keep = hn::And(keep, hn::RebindMask(d, hn::Eq(hn::And(turned, hn::Set(di, kSideBit)), hn::Zero(di))));
         }
-        if (!points.cuts.empty()) [[unlikely]]
+        if (brick.is_cut) [[unlikely]] {
             for (const BrickCut &cut : points.cuts)
                 keep = hn::And(keep, hn::Ge(project(cut.first, cut.step_x, cut.step_y, cut.step_z), hn::Zero(d)));
+            const auto hidden = hn::Set(di, kHiddenBits);
+            keep = hn::AndNot(hn::RebindMask(d, hn::Eq(hn::And(stored, hidden), hidden)), keep);
+        }
         if constexpr (kPlaced) {
             if constexpr (!kLarge) {
                 const auto left_out = hn::Set(di, brick.thin ? kRedundantBit : 0);

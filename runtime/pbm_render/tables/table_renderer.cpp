@@ -43,9 +43,12 @@ class TableWalk {
     TableWalk(const Model &model, const DrawnLevel &points, const Projection &projection, const TableOptions &own,
               std::span<const std::int8_t> offsets, Framebuffer &target);
 
-    void draw_root() { draw_odd_point(0, table_.centre); }
+    void draw_root() { draw_sides(0, table_.centre); }
     // Draws octant grid number `octant` of those with points; `place` is its child number.
     void draw_octant(std::size_t octant, unsigned place, const std::vector<std::vector<std::uint64_t>> &starts);
+
+    // The model has points with kHiddenBits.
+    void leave_out_hidden() { is_cut_ = true; }
 
     std::uint64_t drawn_points = 0;
 
@@ -62,7 +65,7 @@ class TableWalk {
     void draw(const BlockShape &shape, const ScreenPoint &point);
 
     const Projection &projection_;
-    const bool is_cut_; // the camera has a clip region
+    bool is_cut_; // some points may be hidden, or the camera has a clip region
     const bool shows_backs_;
     const Grid grid_; // unit_grid
     const int level_;
@@ -171,7 +174,7 @@ void TableWalk::draw_points(unsigned mask, const glm::vec4 &centre) {
     cursor_[static_cast<std::size_t>(level_)] = point;
 }
 
-// The same where the camera has a clip region, without those outside, and where points have sides.
+// The same without hidden points and those outside of the clip region, and where points have sides.
 [[gnu::noinline]] void TableWalk::draw_cut_points(unsigned mask, const glm::vec4 &centre) {
     const auto &offset = table_.child[static_cast<std::size_t>(level_)];
     std::size_t &point = cursor_[static_cast<std::size_t>(level_)];
@@ -208,6 +211,8 @@ inline void TableWalk::draw_point(std::size_t index, Facing facing, const glm::v
 
 // Draws a point, and its other side if it has two.
 void TableWalk::draw_sides(std::size_t index, const glm::vec4 &centre) {
+    if (is_hidden(point_normals_[index]))
+        return;
     draw_odd_point(index, centre);
     if (const auto second = level_points_.second(index))
         draw_odd_point(*second, centre);
@@ -311,8 +316,11 @@ TableRenderer::TableRenderer(const Model &model, std::shared_ptr<const ModelSurr
     : model_(model), surroundings_(std::move(surroundings)), appearance_(model.parameters),
       offsets_(model.levels.size()) {
     LevelMasks masks;
-    for (const Level &level : model.levels)
+    for (const Level &level : model.levels) {
         masks.push_back(level.masks);
+        const std::vector<std::uint16_t> &normals = level.points.normals;
+        hides_points_ = hides_points_ || std::any_of(normals.begin(), normals.end(), is_hidden);
+    }
     if (masks.size() > 1)
         octant_starts_ = subtree_starts(masks, 1);
 }
@@ -331,6 +339,8 @@ RenderStatistics TableRenderer::render(const Camera &camera, const RenderOptions
     const Projection projection(unit_camera, target.width, target.height);
     const DrawnLevel points(model_, level);
     TableWalk walk(model_, points, projection, {level, own.splats}, offsets_[static_cast<std::size_t>(level)], target);
+    if (hides_points_)
+        walk.leave_out_hidden();
     if (level == 0) {
         walk.draw_root();
     } else {

@@ -51,6 +51,7 @@ class TableRenderer {
     const Model &model_;
     const std::shared_ptr<const ModelSurroundings> surroundings_;
     Appearance appearance_;
+    bool hides_points_ = false;                     // hide_points was called with the model
     std::vector<std::vector<std::int8_t>> offsets_; // [level][point]; empty: no offsets
     // [level][octant grid]: index of its first node; each level ends with a sentinel (subtree_starts).
     std::vector<std::vector<std::uint64_t>> octant_starts_;

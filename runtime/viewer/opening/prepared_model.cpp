@@ -80,8 +80,8 @@ Status build(const std::string &builder, const std::string &scan, const std::str
                                      "--output=" + output};
     if (!preparation.scans.recipe.empty())
         command.emplace_back("--recipe=" + preparation.scans.recipe);
-    if (!preparation.scans.field.empty())
-        command.emplace_back("--field=" + preparation.scans.field);
+    for (const std::string &field : preparation.scans.fields)
+        command.emplace_back("--field=" + field);
     command.insert(command.end(), {"--", scan});
     const auto report = [&](std::string_view line) { // PERCENT STEP
         int percent = 0;
@@ -170,7 +170,10 @@ Result<PreparedModel> prepare_model(const std::string &path, const Preparation &
     const auto cache = ModelCache::open(folder);
     if (!cache)
         return build_without_cache(*builder, path, preparation, folder + ": " + cache.error().message);
-    auto names = cache->names_for(sources, preparation.scans.field, preparation.now);
+    std::string fields; // separated as no name of a field is
+    for (const std::string &field : preparation.scans.fields)
+        fields += (fields.empty() ? "" : "\n") + field;
+    auto names = cache->names_for(sources, fields, preparation.now);
     if (!names)
         return names.error();
     if (names->is_settled && ModelCache::use(names->settled) && is_of_scan_alone(names->settled))

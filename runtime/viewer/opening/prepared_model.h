@@ -10,6 +10,7 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace pbm {
 
@@ -21,7 +22,7 @@ struct CommandLine;
 struct ScanOptions {
     std::string cache{};  // folder of built models; "none": none; empty: $PBM_CACHE, else the user's cache folder
     std::string recipe{}; // options of pbm-build, a TOML file; empty: its defaults
-    std::string field{};  // measurement that the model keeps (pbm-build --field); empty: none
+    std::vector<std::string> fields{}; // measurements that the model keeps (pbm-build --field)
 };
 
 // Declares --cache and --recipe. `options` must outlive the parsing.

@@ -3,6 +3,7 @@
 
 #include "pbm_render/appearance/appearance.h"
 #include "pbm_render/appearance/field_colours.h"
+#include "pbm_render/appearance/hidden_classes.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/shading/depth_cue.h"
 
@@ -36,6 +37,12 @@ struct ColourBy {
     bool operator==(const ColourBy &) const = default;
 };
 
+// Points of these classes are drawn.
+struct DrawnClasses : ClassChoice {
+    bool if_there = false; // a model without classes is drawn as it is; else it is refused
+    bool operator==(const DrawnClasses &) const = default;
+};
+
 struct LookOptions {
     RenderOptions render;
     Quality quality = Quality::automatic;
@@ -45,6 +52,7 @@ struct LookOptions {
     std::optional<Headlight> headlight;        // in place of all other lights
     std::optional<ColourBy> colour_by;         // of models that are opened from now on; default: as for depth_cue
     bool legend = true;                        // of these colours
+    DrawnClasses classes;                      // of models that are opened from now on
 };
 
 // Asks for these colours where a model has them.

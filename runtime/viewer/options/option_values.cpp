@@ -1,5 +1,7 @@
 #include "viewer/options/option_values.h"
 
+#include "pbm_render/appearance/field_choice.h"
+
 #include <glm/common.hpp>
 
 #include <algorithm>
@@ -144,6 +146,18 @@ std::string colour_by_text(const ColourBy &by) {
         if (by.choice.map == map.map)
             append(map.name);
     return text;
+}
+
+std::vector<std::string> fields_to_keep(const LookOptions &look) {
+    std::vector<std::string> fields;
+    if (look.colour_by && !look.colour_by->if_there)
+        fields.push_back(field_to_keep(look.colour_by->field));
+    if (!look.classes.draws_all() && !look.classes.if_there)
+        fields.push_back(field_to_keep("class"));
+    std::sort(fields.begin(), fields.end());
+    fields.erase(std::unique(fields.begin(), fields.end()), fields.end());
+    std::erase(fields, ""); // what every model has
+    return fields;
 }
 
 Result<double> parse_frame_rate(const std::string &text) {

@@ -10,6 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include <string>
+#include <vector>
 
 namespace pbm {
 
@@ -28,6 +29,8 @@ Result<Headlight> parse_headlight(const std::string &text);
 // "NAME[,MIN,MAX][,MAP]": a field, the values with the first and the last colour, a colour map.
 Result<ColourBy> parse_colour_by(const std::string &text);
 std::string colour_by_text(const ColourBy &by);
+// The fields that the model of a scan must have for this look.
+std::vector<std::string> fields_to_keep(const LookOptions &look);
 // Frames per second: 1..240, or 0 for any.
 Result<double> parse_frame_rate(const std::string &text);
 

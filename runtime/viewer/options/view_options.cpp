@@ -1,6 +1,7 @@
 #include "viewer/options/view_options.h"
 
 #include "command_line/common_options.h"
+#include "pbm_format/model/las_classes.h"
 #include "viewer/options/option_values.h"
 
 #include <glm/geometric.hpp>
@@ -74,6 +75,7 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
     line.add("--max-error",
              "Largest edge of the voxels drawn, pixels; finer detail is left out; default 2, of fine pictures 1.42",
              &options.max_error, {.check = Numbers{0.1, 64}});
+    line.topic = "Points";
     line.add("--colour-by,--color-by",
              "Height, normal, plain, intensity, class, return or a field (pbm-build --field); default: height for "
              "clouds without colours; MAP: viridis, grey, classes",
@@ -82,6 +84,11 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
                  return store(text);
              },
              {.type = "NAME[,MIN,MAX][,MAP]"});
+    ClassChoice &classes = options.look.classes;
+    const command_line::OptionRules list{.type = "LIST", .check = command_line::readable(parse_classes)};
+    line.add("--drop-class", "Leave out points of these classes: numbers, or names such as noise,water",
+             stored(parse_classes, classes.dropped), list);
+    line.add("--show-class", "Draw points of these classes alone", stored(parse_classes, classes.shown), list);
 }
 
 // Each switch has a positive form, although on is the default: the dissertation's switches map to it.
@@ -237,6 +244,7 @@ void forget_camera(ViewOptions &options) {
     options.up = std::nullopt;
     options.clip = {};
     options.look.colour_by = std::nullopt;
+    options.look.classes = {};
 }
 
 double max_error_of(const ViewOptions &options, Quality quality, Motion motion) {
@@ -284,6 +292,10 @@ std::string look_as_options(const LookOptions &look) {
     add_switch(render.reflections, "--no-reflections");
     if (look.colour_by)
         text += " --colour-by=" + colour_by_text(*look.colour_by);
+    if (look.classes.dropped.any())
+        text += " --drop-class=" + list_of(look.classes.dropped);
+    if (look.classes.shown)
+        text += " --show-class=" + list_of(*look.classes.shown);
     add_switch(look.legend, "--no-legend");
     if (render.shading != standard.render.shading)
         text += " --shading=" + word_of(render.shading);

@@ -59,7 +59,7 @@ Result<Camera> choose_camera(const ViewOptions &options, const Extent &extent, c
 // The same for the first frame of a turntable, which shows all of the model unless the command line has a camera.
 Result<Camera> choose_turntable(const ViewOptions &options, const Extent &extent, const Grid &grid, glm::ivec2 size);
 
-// Removes what is for one model only: camera, clip region, up axis and field.
+// Removes what is for one model only: camera, clip region, up axis, colours and classes.
 void forget_camera(ViewOptions &options);
 
 // The largest edge of a voxel in pictures of this quality and motion, pixels.

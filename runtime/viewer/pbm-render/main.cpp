@@ -7,9 +7,10 @@
 #include "system/threads/parallel.h"
 
 #include "model_drawer.h"
-#include "pbm_render/appearance/field_choice.h"
+#include "pbm_format/model/las_classes.h"
 #include "viewer/navigation/camera_control.h"
 #include "viewer/opening/prepared_model.h"
+#include "viewer/options/option_values.h"
 #include "viewer/options/video_options.h"
 #include "viewer/options/view_options.h"
 #include "viewer/pictures/image_writer.h"
@@ -138,11 +139,8 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
                                    "A scan is drawn as the model that pbm-build makes of it."};
     line.add("FILE", "Model to draw, or a scan", &arguments.input, {.required = true});
     line.topic = "Output";
-    line.add(
-        "-o,--output",
-        "Picture to write, .png or .bmp; .exr: linear light with alpha, depth, position, normal, numbers of points; - "
-        "for standard output (PNG)",
-        &arguments.output, {.type = "FILE"});
+    line.add("-o,--output", "Picture: .png, .bmp; .exr for compositing; - for standard output (PNG)", &arguments.output,
+             {.type = "FILE"});
     line.add("--depth-output", "PFM file of depths: distance along the view direction in model units, +inf where empty",
              &arguments.depth_output, {.type = "FILE"});
     line.add("--page",
@@ -231,6 +229,10 @@ nlohmann::ordered_json look_json(const LookOptions &look) {
         {"reflections", render.reflections},  {"depth_cue", word_of(look.depth_cue.value_or(DepthCue::none))}};
     if (look.colour_by)
         json["colour_by"] = look.colour_by->field;
+    if (look.classes.dropped.any())
+        json["drop_class"] = list_of(look.classes.dropped);
+    if (look.classes.shown)
+        json["show_class"] = list_of(*look.classes.shown);
     return json;
 }
 
@@ -486,8 +488,7 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, V
 Result<PreparedModel> prepare(const Arguments &arguments) {
     command_line::ProgressDisplay display(arguments.view.verbosity);
     ScanOptions scans = arguments.scans;
-    if (arguments.view.look.colour_by)
-        scans.field = field_to_keep(arguments.view.look.colour_by->field);
+    scans.fields = fields_to_keep(arguments.view.look);
     return prepare_model(arguments.input,
                          {.scans = scans,
                           .threads = arguments.view.load.threads,

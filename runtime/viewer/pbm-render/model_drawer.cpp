@@ -10,7 +10,7 @@ Result<std::unique_ptr<ModelDrawer>> ModelDrawer::open(const std::string &path, 
                                                        std::shared_ptr<ThreadPool> pool) {
     auto scene =
         open_scene(path, {.threads = options.load.threads, .pool = pool, .max_memory = options.load.max_memory},
-                   options.look.colour_by, options.up);
+                   options.look, options.up);
     if (!scene)
         return scene.error();
     auto extent = (*scene)->model.bounds();
@@ -48,7 +48,7 @@ Status ModelDrawer::load(const Camera &camera, glm::ivec2 size, Motion motion) {
     }
     if (whole_)
         return {};
-    auto whole = load_scene(path_, options_.load, scene_->colours);
+    auto whole = load_scene(path_, options_.load, scene_->colours, scene_->hidden);
     if (!whole)
         return whole.error();
     whole_ = std::move(*whole);
@@ -68,7 +68,7 @@ RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, Mo
             ThreadPool pool(1);
             add_depth_cue(look_.depth_cue(), camera, grid().edge(), pool, target);
         }
-        if (const auto legend = scene_->colours ? legend_of(*scene_->colours) : std::nullopt;
+        if (const auto legend = scene_->colours ? legend_of(*scene_->colours, scene_->hidden) : std::nullopt;
             legend && options_.look.legend)
             draw_legend(*legend, target);
         for (std::size_t task = 0; task < tasks.count; ++task)

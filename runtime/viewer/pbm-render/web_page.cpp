@@ -110,6 +110,10 @@ std::string view_attributes(const WebPage &page) {
     if (look.colour_by)
         text += " colour-by=\"" + command_line::markup(colour_by_text(*look.colour_by)) + '"' +
                 (look.legend ? "" : " no-legend");
+    if (look.classes.dropped.any())
+        text += " drop-class=\"" + list_of(look.classes.dropped) + '"';
+    if (look.classes.shown)
+        text += " show-class=\"" + list_of(*look.classes.shown) + '"';
     return text;
 }
 

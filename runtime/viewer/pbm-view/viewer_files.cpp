@@ -79,6 +79,7 @@ Status Viewer::show(ShownModelPointer loaded, bool again) {
     else if (!recording_ && is_first_start())
         hint_until_ = Window::now() + kHintTime;
     panel_.show_model({.file = &model.parameters(),
+                       .colours = model.colours() ? &*model.colours() : nullptr,
                        .has_panorama = model.has_panorama(),
                        .points = model.streamed().reader().header().point_count,
                        .bounds = model.bounds(),
@@ -125,6 +126,10 @@ void Viewer::open(const std::string &path, bool again, bool quietly) {
         forget_camera(options);
     if (shown_.look && (options.look.colour_by = shown_.look->options.colour_by))
         options.look.colour_by->if_there = true;
+    if (shown_.look) {
+        options.look.classes = shown_.look->options.classes;
+        options.look.classes.if_there = true;
+    }
     if (shown_.size != glm::ivec2(0))
         options.resolution = shown_.size;
     opener_.open(path, options, again, quietly);

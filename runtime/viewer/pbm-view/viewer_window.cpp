@@ -84,9 +84,10 @@ void Viewer::build_windows(std::optional<Look> &changed) {
 }
 
 void Viewer::change_look(Look look) {
-    const bool recolours = look.options.colour_by != shown_.look->options.colour_by;
+    const LookOptions &before = shown_.look->options;
+    const bool recolours = look.options.colour_by != before.colour_by || look.options.classes != before.classes;
     edits_.change(std::move(look));
-    if (recolours && shown_.model) { // colours of fields are those of the chunks
+    if (recolours && shown_.model) { // colours of fields, and hidden points, are those of the chunks
         recolours_ = true;
         open(shown_.model->path(), true);
     }

@@ -3,6 +3,7 @@
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_render/appearance/field_choice.h"
+#include "pbm_render/bricks/round_points.h"
 
 #include <algorithm>
 
@@ -54,11 +55,20 @@ Status check_scene(const std::string &path) {
 }
 
 Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options,
-                                                  std::optional<ColourBy> colour_by, std::optional<UpAxis> up) {
+                                                  const LookOptions &look, std::optional<UpAxis> up) {
     auto opened = open_file(path, Use::chunks);
     if (!opened)
         return opened.error();
-    if (colour_by && colour_by->if_there && !can_colour_by(opened->reader.parameters(), colour_by->field))
+    const ModelParameters &parameters = opened->reader.parameters();
+    if (const DrawnClasses &classes = look.classes;
+        !classes.draws_all() && !(classes.if_there && !has_classes(parameters))) {
+        auto hidden = hidden_classes(parameters, classes);
+        if (!hidden)
+            return hidden.error();
+        options.hidden = std::move(*hidden);
+    }
+    std::optional<ColourBy> colour_by = look.colour_by;
+    if (colour_by && colour_by->if_there && !can_colour_by(parameters, colour_by->field))
         colour_by = std::nullopt;
     if (const UnaskedLook unasked = unasked_look(opened->reader); !colour_by && !unasked.colour_by.empty())
         colour_by = ColourBy{.field = unasked.colour_by, .choice = {}};
@@ -76,17 +86,20 @@ Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, Strea
 }
 
 Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options,
-                                                const std::optional<FieldColours> &colours) {
+                                                const std::optional<FieldColours> &colours,
+                                                const std::optional<HiddenClasses> &hidden) {
     auto opened = open_file(path, Use::whole);
     if (!opened)
         return opened.error();
     LoadOptions load = options;
-    load.fields = colours && colours->basis == ColourBasis::field;
+    load.fields = hidden || (colours && colours->basis == ColourBasis::field);
     auto model = load_model(opened->reader, load);
     if (!model)
         return model.error();
     if (colours)
         colour_by_field(*model, *colours);
+    if (hidden)
+        hide_points(*model, *hidden);
     const StreamingStatistics cost = cost_of(opened->reader, *model);
     return std::make_shared<const Scene>(std::move(*model), cost);
 }

@@ -20,8 +20,8 @@ namespace pbm {
 // A model that is loaded chunk by chunk. Not movable.
 struct StreamedScene {
     StreamedScene(MappedFile mapped, Reader reader, TiledImages images, StreamingOptions options)
-        : file(std::move(mapped)), colours(options.field), model(std::move(reader), std::move(options)),
-          unasked(unasked_look(model.reader())),
+        : file(std::move(mapped)), colours(options.field), hidden(options.hidden),
+          model(std::move(reader), std::move(options)), unasked(unasked_look(model.reader())),
           drawn(colours ? with_field_colours(model.reader().parameters(), *colours) : model.reader().parameters()),
           surroundings(std::make_shared<const Surroundings>(model.reader().parameters(), std::move(images))) {}
     StreamedScene(const StreamedScene &) = delete;
@@ -29,19 +29,19 @@ struct StreamedScene {
 
     const MappedFile file;
     const std::optional<FieldColours> colours; // that the points show in place of their own
+    const std::optional<HiddenClasses> hidden; // that are left out
     StreamedModel model;
     const UnaskedLook unasked;
     const ModelParameters drawn;                            // as the renderers take them
     const std::shared_ptr<const Surroundings> surroundings; // refers to the model
 };
 
-// Reads header and small sections only, which takes a negligible time, and what choose_field_colours reads. `up`: the
-// axis of heights; absent: that of the grid.
+// Reads header and small sections only, which takes a negligible time, and what choose_field_colours reads. `look`:
+// colours and classes of the points. `up`: the axis of heights; absent: that of the grid.
 //
-// errors  also those of choose_field_colours
+// errors  also those of choose_field_colours and hidden_classes
 Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options,
-                                                  std::optional<ColourBy> colour_by = {},
-                                                  std::optional<UpAxis> up = {});
+                                                  const LookOptions &look = {}, std::optional<UpAxis> up = {});
 
 // A model completely in memory. Not movable: the renderer refers to the model. Immutable, so any thread may draw it.
 struct Scene {
@@ -60,10 +60,11 @@ struct Scene {
 // Verifies header and small sections, which takes a negligible time; `load_scene` would return the same error.
 Status check_scene(const std::string &path);
 
-// Reads the levels that `options` ask for, in the colours of a field if there are any. The file is not needed
-// afterwards.
+// Reads the levels that `options` ask for, in the colours of a field if there are any, without hidden points. The file
+// is not needed afterwards.
 Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options,
-                                                const std::optional<FieldColours> &colours = {});
+                                                const std::optional<FieldColours> &colours = {},
+                                                const std::optional<HiddenClasses> &hidden = {});
 
 // Appends to the error what a user of `program` can do about it.
 Error with_advice(std::string_view program, Error error);

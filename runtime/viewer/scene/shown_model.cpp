@@ -19,7 +19,7 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const std::s
         if (!has_arrivals.exchange(true))
             arrived();
     };
-    auto scene = open_scene(file, std::move(streaming), options.look.colour_by, options.up);
+    auto scene = open_scene(file, std::move(streaming), options.look, options.up);
     if (!scene)
         return scene.error();
     shown->scene_ = std::move(*scene);

@@ -49,6 +49,7 @@ class ShownModel {
     const Sphere &bounds() const { return extent_.sphere; }
     const ModelParameters &parameters() const { return streamed().reader().parameters(); }
     const Grid &grid() const { return parameters().grid; }
+    const std::optional<FieldColours> &colours() const { return scene_->colours; }
     bool has_panorama() const { return streamed().reader().section(SectionType::panorama) != nullptr; }
     int depth() const { return streamed().reader().depth(); }
 

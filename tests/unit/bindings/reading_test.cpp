@@ -23,7 +23,7 @@ pbm_info info_of(pbm_model *model) {
 struct Points {
     std::vector<double> positions;
     std::vector<float> positions_f32, normals, radii, heights;
-    std::vector<std::uint8_t> colours, materials, two_sided;
+    std::vector<std::uint8_t> colours, materials, two_sided, round;
     std::uint64_t count = 0;
 
     Points(pbm_model *model, int level, int threads = 0) {
@@ -36,7 +36,7 @@ struct Points {
         colours.resize(3 * n);
         for (auto *const values : {&radii, &heights})
             values->resize(n);
-        for (auto *const values : {&materials, &two_sided})
+        for (auto *const values : {&materials, &two_sided, &round})
             values->resize(n);
         float *const fields[] = {heights.data()};
         pbm_points to = PBM_NEW(pbm_points);
@@ -49,6 +49,7 @@ struct Points {
         to.radii = radii.data();
         to.materials = materials.data();
         to.two_sided = two_sided.data();
+        to.round = round.data();
         to.fields = fields;
         to.field_count = 1;
         to.threads = threads;
@@ -57,7 +58,7 @@ struct Points {
         EXPECT_EQ(written, count);
     }
     auto all() const {
-        return std::tie(positions, positions_f32, normals, radii, heights, colours, materials, two_sided);
+        return std::tie(positions, positions_f32, normals, radii, heights, colours, materials, two_sided, round);
     }
 };
 
@@ -250,6 +251,26 @@ TEST(CApiPoints, AreTheSameOneArrayAtATime) {
     alone(&pbm_points::radii, all.radii);
     alone(&pbm_points::materials, all.materials);
     alone(&pbm_points::two_sided, all.two_sided);
+    alone(&pbm_points::round, all.round);
+}
+
+TEST(CApiPoints, SayWhichLieOnNoSurface) {
+    pbm_model *model = nullptr;
+    pbm_error error;
+    ASSERT_EQ(pbm_open_file(PBM_SOURCE_DIR "/format_spec/vectors/valid/shapes.pbvg", &model, &error), PBM_OK);
+    pbm_info info = PBM_NEW(pbm_info);
+    ASSERT_EQ(pbm_get_info(model, &info, &error), PBM_OK);
+    EXPECT_NE(info.attributes & PBM_HAS_ROUND_POINTS, 0U);
+    std::vector<std::uint8_t> materials(static_cast<std::size_t>(info.points)), round(materials.size());
+    pbm_points to = PBM_NEW(pbm_points);
+    to.capacity = info.points;
+    to.round = round.data();
+    ASSERT_EQ(pbm_read_points(model, info.depth, &to, nullptr, &error), PBM_OK) << error.message;
+    to.materials = materials.data();
+    ASSERT_EQ(pbm_read_points(model, info.depth, &to, nullptr, &error), PBM_OK) << error.message;
+    EXPECT_EQ(round, materials); // the second of two materials is round
+    EXPECT_GT(std::count(round.begin(), round.end(), 1), 100);
+    pbm_close(model);
 }
 
 TEST(CApiPoints, RefusesArraysThatAreTooShort) {

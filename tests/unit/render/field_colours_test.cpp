@@ -1,4 +1,5 @@
 // Points in the colours of a field: colour maps, and pictures of streamed and of whole models. BVG.md 17
+#include "pbm_format/model/las_classes.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 #include "pbm_render/appearance/field_choice.h"

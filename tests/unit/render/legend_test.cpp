@@ -19,6 +19,15 @@ TEST(Legend, TellsItsTicksApart) {
     const Field time{.name = "gps_time", .unit = "s", .offset = 388000000, .scale = 0.001, .bytes = 2};
     const Legend legend = *legend_of(field_colours(0, time, {.range = {{388000000, 388000001}}, .map = {}}, {}));
     EXPECT_EQ(legend.ticks, (std::array<std::string, 3>{"388000000", "388000000.5", "388000001"}));
+    const Field height{.name = "height", .unit = "m", .offset = 1234.5678, .scale = 0.001, .bytes = 2};
+    const auto ticks = [&](double least, double most) {
+        return legend_of(field_colours(0, height, {.range = {{least, most}}, .map = {}}, {}))->ticks;
+    };
+    EXPECT_EQ(ticks(1234.5678, 1260.9876), (std::array<std::string, 3>{"1234.6", "1247.8", "1261"}));
+    EXPECT_EQ(ticks(4182345.678, 4182845.321), (std::array<std::string, 3>{"4182346", "4182595", "4182845"}));
+    EXPECT_EQ(ticks(-0.012345, 0.0456789), (std::array<std::string, 3>{"-0.0123", "0.0167", "0.0457"}));
+    EXPECT_EQ(ticks(-2.08011e9, 2.07954e9), (std::array<std::string, 3>{"-2.08e+09", "0", "2.08e+09"}));
+    EXPECT_EQ(ticks(-2, 1999.6), (std::array<std::string, 3>{"0", "1000", "2000"}));
     const Legend constant = *legend_of(field_colours(0, kIntensity, {}, Bytes(9, 8)));
     EXPECT_EQ(constant.ticks, (std::array<std::string, 3>{"", "7", ""}));
 }

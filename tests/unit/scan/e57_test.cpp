@@ -256,7 +256,7 @@ TEST(E57, ColoursWithoutLimitsHaveTheRangeOfNearlyAll) {
 TEST(E57, IntensityIsGreyWhereNothingHasColours) {
     const E57Column intensity = e57_floats("intensity", std::vector{-100.0F, 0.0F, 50.0F, 100.0F});
     const Surface s = E57File::surface(e57_file({scan_of(kFour, {intensity})}));
-    EXPECT_EQ(s.colours, (std::vector{Rgb8{0, 0, 0}, Rgb8{170, 170, 170}, Rgb8{255, 255, 255}, Rgb8{255, 255, 255}}));
+    EXPECT_EQ(s.colours, (std::vector{Rgb8{0, 0, 0}, Rgb8{128, 128, 128}, Rgb8{255, 255, 255}, Rgb8{255, 255, 255}}));
     EXPECT_EQ(report_of(s, "intensity").fate, Fate::converted);
     const std::vector<std::int64_t> one(4, 1);
     const Surface coloured = E57File::surface(

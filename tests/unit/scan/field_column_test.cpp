@@ -1,4 +1,5 @@
 // Which attributes of scans are kept as fields, in every format; points of classes that are left out.
+#include "pbm_format/model/las_classes.h"
 #include "pbm_scan/fields/field_column.h"
 #include "unit/scan/e57_files.h"
 #include "unit/scan/readings.h"
@@ -64,6 +65,8 @@ TEST(Fields, ClassesHaveNumbersAndNames) {
     EXPECT_TRUE((*parse_classes("noise,2"))[18]);
     EXPECT_TRUE((*parse_classes("Vegetation"))[4]);
     EXPECT_TRUE((*parse_classes("255"))[255]);
+    EXPECT_EQ(list_of(*parse_classes("HIGH_vegetation,low noise,wire")), "5,7,13,14,16");
+    EXPECT_EQ(list_of(*parse_classes("created,key_point")), "0,8");
     for (const char *list : {"", "256", "trees", "2,", "-1"})
         EXPECT_FALSE(parse_classes(list)) << list;
 }
@@ -115,7 +118,7 @@ TEST(Fields, OfTables) {
     EXPECT_EQ(values_of(s, 0), (std::vector<double>{0.5, 1.5, 2.5}));
     EXPECT_EQ(values_of(s, 1), (std::vector<double>{2, 7, 2}));
     EXPECT_EQ(values_of(s, 2), (std::vector<double>{1, 3, 5}));
-    EXPECT_EQ(s.colours.size(), 3U); // the intensity is shown too
+    EXPECT_TRUE(s.colours.empty()); // shown by height, or by the field
     EXPECT_EQ(report(s, "columns intensity").fate, Fate::kept);
 }
 
@@ -131,6 +134,32 @@ TEST(Fields, OfPtx) {
     const std::string ptx = "2\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
                             "1 0 0 0.5\n0 0 0 0\n1 1 0 0.75\n1 0 1 1\n";
     EXPECT_EQ(values_of(with_fields(ptx, "scan.ptx", {"intensity"}), 0), (std::vector<double>{0.5, 0.75, 1}));
+}
+
+// In every format of laser scans: a field of its usual name where nobody asks, and greys where it is none.
+TEST(Fields, IntensitiesAreKeptUnasked) {
+    const std::string pcd = "VERSION 0.7\nFIELDS x y z Intensity\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\n"
+                            "WIDTH 3\nHEIGHT 1\nPOINTS 3\nDATA ascii\n0 0 0 1\n1 0 0 2\n0 1 0 5\n";
+    const std::string ptx = "3\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
+                            "9 0 0 1\n1 2 0 2\n1 0 7 5\n";
+    const std::vector<double> x{0, 1, 2}, y{0, 0, 1}, z{0, 1, 0};
+    const E57ScanText scan{{e57_floats("cartesianX", x), e57_floats("cartesianY", y), e57_floats("cartesianZ", z),
+                            e57_floats("intensity", std::vector<float>{1, 2, 5})}};
+    const std::vector<std::pair<std::string, const char *>> files{
+        {"x,y,z,intensity\n0,0,0,1\n1,0,0,2\n0,1,0,5\n", "scan.csv"},
+        {"x,y,z,scalar_Intensity\n0,0,0,1\n1,0,0,2\n0,1,0,5\n", "scan.csv"},
+        {pcd, "scan.pcd"},
+        {ptx, "scan.ptx"},
+        {e57_file({scan}), "scan.e57"}};
+    for (const auto &[file, name] : files) {
+        const Result<Surface> kept = read(file, name, {.usual_fields = {"classification", "intensity"}});
+        ASSERT_TRUE(kept) << kept.error().message;
+        EXPECT_TRUE(kept->colours.empty()) << name;
+        EXPECT_EQ(values_of(*kept, 1), (std::vector<double>{1, 2, 5})) << name;
+        EXPECT_EQ(with_fields(file, name, {}).colours,
+                  (std::vector{Rgb8{0, 0, 0}, Rgb8{255, 255, 255}, Rgb8{255, 255, 255}}))
+            << name;
+    }
 }
 
 TEST(Fields, OfE57) {

@@ -98,6 +98,10 @@ TEST(PlyAttributes, MaterialsOfTheDissertationAreRead) {
     EXPECT_EQ(s.material_ids, (std::vector<std::uint8_t>{1, 0}));
     const Surface unit = surface(kMaterials + "0 0 0 1\n1 1 1 0\n0 0 0 1 1 0.5 0 0\n0 0 0 1 0 0 1 0\n");
     EXPECT_EQ(unit.materials[0].colour, (Colour{255, 128, 0}));
+    const std::string shapes = replaced(kMaterials, "envmapfactor\n", "envmapfactor\nproperty uchar shape\n");
+    const Surface round = surface(shapes + "0 0 0 1\n1 1 1 0\n0 0 0 1 1 1 0 0 1\n0 0 0 1 0 0 1 0 2\n");
+    EXPECT_EQ(round.materials[0].shape, PointShape::round);
+    EXPECT_EQ(round.materials[1].shape, PointShape::disc); // a shape of later versions
 }
 
 TEST(PlyAttributes, ImpossibleMaterialsAreRefused) {

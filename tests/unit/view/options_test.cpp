@@ -58,6 +58,17 @@ TEST(LookAsOptions, NamesOptionsThatAreNotTheDefault) {
     LookOptions look;
     RenderOptions &render = look.render;
     EXPECT_EQ(look_as_options(look), "");
+    LookOptions some;
+    some.classes = {{.dropped{0x40080}, .shown{4}}, false};
+    EXPECT_EQ(look_as_options(some), " --drop-class=7,18 --show-class=2");
+    EXPECT_EQ(fields_to_keep(some), (std::vector<std::string>{"classification"}));
+    some.colour_by = ColourBy{.field = "class", .choice = {}};
+    EXPECT_EQ(fields_to_keep(some), (std::vector<std::string>{"classification"}));
+    some.colour_by->field = "gps_time";
+    some.classes.if_there = true;
+    EXPECT_EQ(fields_to_keep(some), (std::vector<std::string>{"gps_time"}));
+    some.colour_by->field = "height";
+    EXPECT_TRUE(fields_to_keep(some).empty());
     render.shadows = render.ground = false;
     look.quality = Quality::fine;
     look.samples = 3;

@@ -2,7 +2,7 @@
 
 #include "command_line/common_options.h"
 #include "pbm_build/upsampling/upsample.h"
-#include "pbm_scan/fields/field_column.h"
+#include "pbm_format/model/las_classes.h"
 #include "pbm_scan/formats.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/table/text_cloud.h"
@@ -339,7 +339,8 @@ void add_field_options(CommandLine &line, Arguments &arguments) {
              "average (mean, majority, max) and its bits (8, 16)",
              &arguments.fields,
              {.type = "NAME[=MIN,MAX][,mean|majority|max][,8|16]", .check = command_line::readable(parse_field)});
-    line.add("--drop-field", "Keep no field of class, intensity or return number, which LAS files get where they vary",
+    line.add("--drop-field",
+             "Keep no field of class, intensity or return number, which laser scans get where they vary",
              &options.dropped_fields, {.type = "NAME,..", .check = not_usual, .separator = ',', .proposals = [] {
                                            return std::vector<std::string>(kUsualFields.begin(), kUsualFields.end());
                                        }});

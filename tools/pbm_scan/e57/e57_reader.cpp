@@ -34,7 +34,6 @@ struct Counts {
     std::size_t moved = 0;    // scans whose pose is not the identity
     std::size_t stations = 0; // scans of which the scanner's position is known
     bool wide_colours = false;
-    GreyColours grey;
 };
 
 class E57Reader {
@@ -61,12 +60,15 @@ class E57Reader {
         if (surface_.positions.empty() && records_ > 0)
             return bad_input("none of the " + std::to_string(records_) +
                              " points has a position: there is nothing to build");
+        std::optional<std::string> grey;
         if (!has_colours_ && !intensities_.empty()) {
-            counts_.grey = grey_colours(intensities_);
-            surface_.colours = std::move(counts_.grey.colours);
+            GreyColours greys = grey_colours(intensities_);
+            surface_.colours = std::move(greys.colours);
+            grey = std::move(greys.note);
         }
         if (has_cells_)
             triangulated_ = triangulate_scans(surface_, grids_);
+        intensity_ = settle_intensities("intensity", grey, keeps_intensity(), surface_);
         surface_.crs = description_.coordinates.substr(0, crs_bytes());
         report();
         return finished(std::move(surface_), options_);
@@ -123,10 +125,15 @@ class E57Reader {
                 if (is_offered && std::none_of(offers.begin(), offers.end(), is_same))
                     offers.push_back({field.name});
             }
-        const std::vector<FieldColumn> columns = field_columns(surface_, options_, offers);
+        const std::vector<FieldColumn> columns = field_columns(surface_, options_, offers, options_.usual_fields);
         for (std::size_t i = 0; i < offers.size(); ++i)
             if (columns[i].is_wanted())
                 columns_.emplace_back(offers[i].name, columns[i]);
+    }
+
+    bool keeps_intensity() const {
+        return std::any_of(columns_.begin(), columns_.end(),
+                           [](const auto &column) { return column.first == "intensity" && column.second.is_kept(); });
     }
 
     // The column of a field that is kept, or null.
@@ -362,7 +369,7 @@ class E57Reader {
         using enum Fate;
         const E57Role role = field.role;
         if (const FieldColumn *const column = column_of(field);
-            column != nullptr && (role == E57Role::none || has_colours_ || counts_.grey.colours.empty()))
+            column != nullptr && (role == E57Role::none || !column->is_kept()))
             return {field.name, kept, column->note()};
         if (role == E57Role::none)
             return {field.name, dropped,
@@ -395,11 +402,7 @@ class E57Reader {
             return {field.name, converted,
                     counted(counts_.without_colour, "point") + " without a colour have the default one"};
         if (role == E57Role::intensity)
-            return surface_.colours.empty() || has_colours_
-                       ? AttributeReport{field.name, dropped,
-                                         has_colours_ ? "the points have colours; --field intensity keeps it"
-                                                      : counts_.grey.note}
-                       : AttributeReport{field.name, converted, counts_.grey.note};
+            return intensity_;
         if (role >= E57Role::nx && role <= E57Role::nz)
             return scan.has_normals() ? AttributeReport{field.name, kept, normals_note()}
                                       : AttributeReport{field.name, dropped, "a normal needs three numbers"};
@@ -504,6 +507,7 @@ class E57Reader {
     std::vector<std::pair<std::string_view, FieldColumn>> columns_; // of fields that are kept, by their names
     bool has_cells_ = false;                                        // a scan has rows and columns
     std::vector<ScanGrid> grids_;                                   // of the scans with positions
+    AttributeReport intensity_{};
     AttributeReport triangulated_{"", Fate::dropped, "a grid needs rows and columns"};
 
     // Of the scan that is read:

@@ -6,7 +6,6 @@
 #include "system/files/file_names.h"
 
 #include <algorithm>
-#include <charconv>
 #include <unordered_map>
 
 namespace pbm::build {
@@ -37,37 +36,6 @@ std::string plain_name(std::string folded) {
     return folded;
 }
 
-// LAS 1.4 R15, table 17
-struct ClassName {
-    std::string_view name;
-    std::array<int, 3> classes; // -1: none
-};
-constexpr std::array kClassNames{
-    ClassName{"created", {0, -1, -1}},   ClassName{"unclassified", {1, -1, -1}}, ClassName{"ground", {2, -1, -1}},
-    ClassName{"vegetation", {3, 4, 5}},  ClassName{"building", {6, -1, -1}},     ClassName{"noise", {7, 18, -1}},
-    ClassName{"key_point", {8, -1, -1}}, ClassName{"water", {9, -1, -1}},        ClassName{"rail", {10, -1, -1}},
-    ClassName{"road", {11, -1, -1}},     ClassName{"overlap", {12, -1, -1}},     ClassName{"wire", {13, 14, 16}},
-    ClassName{"tower", {15, -1, -1}},    ClassName{"bridge", {17, -1, -1}}};
-
-bool add_classes(std::string_view word, std::bitset<256> &classes) {
-    unsigned number = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (error == std::errc() && end == word.data() + word.size()) {
-        if (number > 255)
-            return false;
-        classes.set(number);
-        return true;
-    }
-    const auto *const found = std::find_if(kClassNames.begin(), kClassNames.end(),
-                                           [&](const ClassName &known) { return known.name == folded_name(word); });
-    if (found == kClassNames.end())
-        return false;
-    for (const int number_of_class : found->classes)
-        if (number_of_class >= 0)
-            classes.set(static_cast<std::size_t>(number_of_class));
-    return true;
-}
-
 } // namespace
 
 int likeness(std::string_view wanted, std::string_view in_file) {
@@ -86,42 +54,31 @@ bool is_label(std::string_view name) {
            plain.ends_with("_label") || plain.ends_with("_class");
 }
 
-Result<std::bitset<256>> parse_classes(const std::string &list) {
-    std::bitset<256> classes;
-    for (const std::string_view part : split(list))
-        if (!add_classes(part, classes))
-            return usage(
-                "'" + printable(list) +
-                "' is no list of classes; write numbers from 0 to 255, or ground, vegetation, building, noise, "
-                "water, rail, road, wire, tower, bridge, overlap, unclassified, with commas between them");
-    return classes;
-}
-
 std::vector<FieldColumn> field_columns(Surface &surface, const ReadOptions &options, std::span<const FieldOffer> offers,
                                        std::span<const std::string> usual) {
     std::vector<std::vector<std::size_t>> slots(offers.size());
-    const auto give = [&](std::size_t slot, std::string_view name) {
-        int best = 0;
-        std::size_t found = 0;
+    const auto best_offer = [&](std::string_view name) {
+        std::pair<std::size_t, int> best{0, 0}; // and its likeness
         for (std::size_t i = 0; i < offers.size(); ++i)
-            if (const int fit = likeness(name, offers[i].name); fit > best) {
-                best = fit;
-                found = i;
-            }
-        if (best == 0)
-            return false;
-        surface.field_units[slot] = std::string(offers[found].unit);
-        slots[found].push_back(slot);
-        return true;
+            if (const int fit = likeness(name, offers[i].name); fit > best.second)
+                best = {i, fit};
+        return best;
+    };
+    const auto take = [&](std::size_t slot, std::size_t offer) {
+        surface.field_units[slot] = std::string(offers[offer].unit);
+        slots[offer].push_back(slot);
+    };
+    const auto give = [&](std::size_t slot, std::string_view name) {
+        const auto [offer, fit] = best_offer(name);
+        if (fit > 0)
+            take(slot, offer);
+        return fit > 0;
     };
     for (std::size_t slot = 0; slot < options.fields.size(); ++slot)
         give(slot, options.fields[slot]);
     for (std::size_t i = 0, slot = options.fields.size(); i < usual.size() && slot < kMaxFields; ++i, ++slot)
-        for (std::size_t offer = 0; offer < offers.size(); ++offer)
-            if (offers[offer].name == usual[i] && slots[offer].empty()) {
-                surface.field_units[slot] = std::string(offers[offer].unit);
-                slots[offer].push_back(slot);
-            }
+        if (const auto [offer, fit] = best_offer(usual[i]); fit > 0 && slots[offer].empty())
+            take(slot, offer);
     if (options.dropped_classes.any() && !give(kMaxFields, "classification"))
         give(kMaxFields, "class");
     std::vector<FieldColumn> columns;
@@ -135,7 +92,7 @@ std::vector<FieldColumn> field_columns(Surface &surface, const ReadOptions &opti
 
 FieldColumn field_column(Surface &surface, const ReadOptions &options, std::string_view name) {
     const FieldOffer offer{name};
-    return field_columns(surface, options, {&offer, 1}).front();
+    return field_columns(surface, options, {&offer, 1}, options.usual_fields).front();
 }
 
 void make_distinct(std::vector<std::string> &names) {

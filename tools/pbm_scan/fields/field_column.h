@@ -27,9 +27,6 @@ int likeness(std::string_view wanted, std::string_view in_file);
 // Whether values of this name are labels, whose mean is meaningless: classes, numbers of returns and scans, ids.
 bool is_label(std::string_view name);
 
-// Parses numbers and names of LAS classes with commas between them: "noise,ground,31".
-Result<std::bitset<256>> parse_classes(const std::string &list);
-
 // Writes the values of one attribute of the file to the fields that name it. Does nothing if no field does.
 class FieldColumn {
   public:
@@ -59,7 +56,7 @@ class FieldColumn {
 };
 
 // The columns of all attributes of the file. Each field of `options` goes to the attribute whose name fits it best;
-// each of `usual`, ReadOptions::usual_fields, to that of the same name unless it is a field already.
+// each of `usual`, ReadOptions::usual_fields, likewise unless that attribute is a field already.
 std::vector<FieldColumn> field_columns(Surface &surface, const ReadOptions &options, std::span<const FieldOffer> offers,
                                        std::span<const std::string> usual = {});
 FieldColumn field_column(Surface &surface, const ReadOptions &options, std::string_view name); // the only one

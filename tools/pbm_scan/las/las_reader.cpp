@@ -181,7 +181,7 @@ Result<Surface> read_las(std::span<const std::uint8_t> bytes, const ReadOptions 
         keep_colours(colours, surface);
     if (!measurements.keeps_intensity() &&
         std::any_of(intensities.begin(), intensities.end(), [](float value) { return value != 0; }))
-        use_intensities(intensities, surface, "the points have colours; --field intensity keeps it");
+        use_intensities("intensity", intensities, surface);
     measurements.report(*header, bits, surface);
     report_trailing(surface.report, records->bytes_behind(), "behind the last point");
     if (header->has_index)

@@ -26,7 +26,7 @@ struct PlyBody {
     std::vector<glm::vec3> face_colours;          // [triangles] as in the file, or kNoColour; empty: no face has one
     std::vector<glm::uvec3> triangles;            // indices in range, three different ones
     std::vector<std::uint32_t> grid_cells;        // of a range image, row by row: an index in range or kEmptyCell
-    std::vector<std::array<double, 8>> materials; // ka kd ks power clr_r clr_g clr_b envmapfactor; NaN where absent
+    std::vector<std::array<double, 9>> materials; // in the order of PlyRole, from ka to shape; NaN where absent
     std::vector<glm::vec2> places;                // u v of the vertices
     std::vector<std::vector<double>> fields;      // [properties with that role]
     std::vector<TextureCorners> corner_places;    // [triangles] u v as in the file; empty if no face has any

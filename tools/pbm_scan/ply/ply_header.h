@@ -55,6 +55,7 @@ enum class PlyRole : std::uint8_t {
     clr_g,
     clr_b,
     envmapfactor,
+    shape,
 };
 
 enum class PlyKind : std::uint8_t { skipped, vertex, face, tristrips, range_grid, material };

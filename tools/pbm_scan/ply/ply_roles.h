@@ -46,7 +46,8 @@ struct PlyRoles {
 //   vertex           x y z; nx ny nz; red green blue; radius; material_index; the names of kByteAttributes; u v
 //   face, tristrips  vertex_indices; red green blue, texcoord and texnumber of a face
 //   range_grid       vertex_indices
-//   material         ka kd ks power clr_r clr_g clr_b envmapfactor, as in the dissertation's files
+//   material         ka kd ks power clr_r clr_g clr_b envmapfactor, as in the dissertation's files; shape, as of
+//   pbm-export
 //
 // u v, texcoord and texnumber are used only if the file names images.
 // A group of three counts only if it is complete. Of several spellings of a role the first one in the order of

@@ -168,16 +168,23 @@ class PtxReader {
             lines.push_back({"red green blue", Fate::kept, "sRGB"});
             surface_.colours.resize(count, options_.default_material.colour);
         }
+        std::optional<std::string> grey;
+        bool is_field = false;
         if (!intensities_.empty()) {
             intensities_.resize(count, std::numeric_limits<float>::quiet_NaN());
             const FieldColumn column = field_column(surface_, options_, "intensity");
             for (const float intensity : intensities_)
                 column.add(static_cast<double>(intensity));
-            if (column.is_kept())
-                lines.push_back({"intensity", Fate::kept, "a field"});
-            use_intensities(intensities_, surface_,
-                            column.is_kept() ? "" : "the points have colours; --field intensity keeps it");
+            is_field = column.is_kept();
+            if (surface_.colours.empty()) {
+                GreyColours greys = grey_colours(intensities_);
+                surface_.colours = std::move(greys.colours);
+                grey = std::move(greys.note);
+            }
         }
+        const AttributeReport faces = triangulate_scans(surface_, grids_);
+        if (!intensities_.empty())
+            lines.push_back(settle_intensities("intensity", grey, is_field, surface_));
         if (stations_ > 0)
             lines.push_back(
                 {"scanner positions", Fate::kept, std::to_string(stations_) + " of " + counted(scans_, "scan")});
@@ -185,7 +192,7 @@ class PtxReader {
             lines.push_back({"scanner positions", Fate::dropped,
                              std::to_string(grids_.size() - stations_) + " of " + counted(scans_, "scan") +
                                  " lie too far from their points"});
-        lines.push_back(triangulate_scans(surface_, grids_));
+        lines.push_back(faces);
         if (!lines_.terminated())
             report_open_end(lines);
     }

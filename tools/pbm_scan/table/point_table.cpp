@@ -162,7 +162,7 @@ std::vector<KeptColumn> keep_fields(const std::vector<std::string> &names, std::
             free.push_back(i);
             offers.push_back({names[i]});
         }
-    const std::vector<FieldColumn> columns = field_columns(surface, options, offers);
+    const std::vector<FieldColumn> columns = field_columns(surface, options, offers, options.usual_fields);
     std::vector<KeptColumn> kept;
     int fields = 0;
     for (std::size_t k = 0; k < free.size(); ++k) {
@@ -252,11 +252,10 @@ void fill_surface(PointTable table, const std::vector<std::string> &names, const
         else
             surface.report.push_back(field_report("column " + printable(names[column.column]), column.values, ""));
     }
-    if (const auto at = std::find(roles.begin(), roles.end(), ColumnRole::intensity); at != roles.end()) {
-        const std::string &name = names[static_cast<std::size_t>(at - roles.begin())];
-        const std::vector<float> greys(table.intensities.begin(), table.intensities.end());
-        use_intensities(greys, surface,
-                        has_intensity ? "" : "the points have colours; --field " + printable(name) + " keeps it");
+    if (const auto at = std::find(roles.begin(), roles.end(), ColumnRole::intensity);
+        at != roles.end() && !has_intensity) {
+        const std::vector<float> intensities(table.intensities.begin(), table.intensities.end());
+        use_intensities(names[static_cast<std::size_t>(at - roles.begin())], intensities, surface);
     }
     if (!fields.empty())
         surface.report.push_back({"columns " + listed(fields), Fate::kept, "fields"});

@@ -1,6 +1,6 @@
 #include "viewer/pbm-view/opening/opening.h"
 
-#include "pbm_render/appearance/field_choice.h"
+#include "viewer/options/option_values.h"
 
 #include <new>
 #include <utility>
@@ -25,8 +25,7 @@ Opening::Opening(ThreadPool &pool, std::string path, const ViewOptions &options,
                                     set_progress(Progress{std::string(step), done});
                                 },
                             .stop = stop_.get_token()};
-    if (const auto &by = options.look.colour_by; by && !by->if_there)
-        preparation.scans.field = field_to_keep(by->field);
+    preparation.scans.fields = fields_to_keep(options.look);
     opened_ = pool.post([&pool, path = path_, options, set_progress, shared = shared_,
                          preparation = std::move(preparation)]() -> Result<ShownModelPointer> {
         try {

@@ -2,6 +2,7 @@
 
 #include "viewer/pbm-view/window/view_text.h"
 
+#include "pbm_format/model/las_classes.h"
 #include "pbm_format/model/material_presets.h"
 #include "pbm_render/appearance/field_choice.h"
 
@@ -190,6 +191,29 @@ bool build_colours(const ModelParameters &file, LookOptions &options) {
         ImGui::EndCombo();
     }
     return ImGui::Checkbox("Legend", &options.legend) || changed;
+}
+
+// A switch for each class, where the points have the colours of their classes.
+bool build_classes(const ModelParameters &file, const FieldColours &colours, DrawnClasses &classes) {
+    const Field *const field = find_field(file.fields, "class");
+    if (colours.map != ColourMap::classes || field != file.fields.data() + colours.field)
+        return false;
+    bool changed = false;
+    for (const std::uint32_t stored : colours.labels) {
+        const double number = std::round(field->value(stored));
+        if (!(number >= 0 && number < static_cast<double>(classes.dropped.size())))
+            continue;
+        const auto label = static_cast<std::uint32_t>(number);
+        bool is_drawn = !classes.dropped[label] && (!classes.shown || (*classes.shown)[label]);
+        const std::string text = std::to_string(label) + ' ' + std::string(class_name(label));
+        if (!ImGui::Checkbox(text.c_str(), &is_drawn))
+            continue;
+        changed = true;
+        classes.dropped[label] = !is_drawn;
+        if (classes.shown && is_drawn)
+            classes.shown->set(label);
+    }
+    return changed;
 }
 
 bool edit_angle(const char *label, double &radians, float most) {
@@ -394,6 +418,8 @@ bool Panel::build(Look &look, glm::ivec2 size, float scale, const std::string &s
         changed = build_switches(*model_.file, model_.has_panorama, look.options.render);
         changed = build_quality(look) || changed;
         changed = build_colours(*model_.file, look.options) || changed;
+        if (model_.colours != nullptr)
+            changed = build_classes(*model_.file, *model_.colours, look.options.classes) || changed;
         if (ImGui::CollapsingHeader("Lights"))
             changed = build_lights(look, shadows) || changed;
         if (ImGui::CollapsingHeader("Materials"))

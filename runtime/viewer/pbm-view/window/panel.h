@@ -19,6 +19,7 @@ namespace pbm {
 // What the panel needs to know of a model.
 struct PanelModel {
     const ModelParameters *file = nullptr; // must outlive the use of the panel, or until the next model
+    const FieldColours *colours = nullptr; // that its points show; null: their own. As long as `file`
     bool has_panorama = false;
     std::uint64_t points = 0; // of the finest level
     Sphere bounds;
