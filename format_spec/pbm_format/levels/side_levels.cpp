@@ -212,7 +212,7 @@ class SideGatherer {
                     static_cast<std::uint8_t>(mean(sums.means[m], 255U / ((1U << bits) - 1U)));
             }
         }
-        if (look_different(both, 0, set_, level))
+        if (look_different(both, 0, model_.levels[static_cast<std::size_t>(level)].points, index, set_, level))
             append(both, static_cast<std::uint32_t>(index), to);
     }
 
@@ -227,8 +227,10 @@ class SideGatherer {
     }
 
   public:
-    // Whether the sides `2 i` and `2 i + 1` differ so much that one point cannot stand for both.
-    static bool look_different(const PointAttributes &sides, std::size_t i, const AttributeSet &set, int level) {
+    // Whether the sides `2 i` and `2 i + 1` differ so much from each other, or in their light from their point, that it
+    // cannot stand for both.
+    static bool look_different(const PointAttributes &sides, std::size_t i, const PointAttributes &points,
+                               std::size_t point, const AttributeSet &set, int level) {
         const std::size_t a = 2 * i, b = a + 1;
         if (set.colour != ColourFormat::none) {
             const Rgb8 one = point_colour(sides.colours, a, set.colour),
@@ -241,7 +243,9 @@ class SideGatherer {
             return true;
         for (std::size_t light = 0; light < static_cast<std::size_t>(set.lights); ++light) {
             const int scale = 255 / ((1 << set.shadow_bits[light][static_cast<std::size_t>(level)]) - 1);
-            if (std::abs(int{sides.shadows[light][a]} - int{sides.shadows[light][b]}) * scale >= kLeastLit)
+            const auto [least, most] =
+                std::minmax({sides.shadows[light][a], sides.shadows[light][b], points.shadows[light][point]});
+            if ((int{most} - int{least}) * scale >= kLeastLit)
                 return true;
         }
         return false;
@@ -275,10 +279,10 @@ void append_sides(const Sides &from, const AttributeSet &set, Sides &to) {
 }
 
 // Removes the sides of points that show both of them.
-void keep_different(const AttributeSet &set, int level, Sides &sides) {
+void keep_different(const AttributeSet &set, int level, const PointAttributes &points, Sides &sides) {
     Sides kept;
     for (std::size_t i = 0; i < sides.size(); ++i) {
-        if (!SideGatherer::look_different(sides.values, i, set, level))
+        if (!SideGatherer::look_different(sides.values, i, points, sides.points[i], set, level))
             continue;
         kept.points.push_back(sides.points[i]);
         for_columns(
@@ -318,7 +322,7 @@ void gather_sides(Model &model, int threads) {
         for (const std::vector<Sides> &of_subtree : found)
             append_sides(of_subtree[level], set, to);
     }
-    keep_different(set, depth, model.levels.back().sides);
+    keep_different(set, depth, model.levels.back().points, model.levels.back().sides);
     for (Level &level : model.levels)
         if (level.sides.size() < std::max<std::size_t>(kLeastSides, level.points.size() / kLeastOfLevel))
             level.sides = {};

@@ -97,7 +97,7 @@ void PlainWalk::draw_point(std::size_t index, const glm::vec3 &image) {
     const bool two_sided = (points_.normals[index] & kTwoSidedBit) != 0;
     float facing = glm::dot(normals_[normal].plane, glm::vec3(pixel, 1)); // cosine of normal and ray
     const bool is_back = !two_sided && facing > kFacingSlack;
-    if ((is_back && !projection_.shows_backs) || ((points_.normals[index] & kSideBit) != 0 && facing > 0))
+    if ((is_back && !projection_.shows_backs) || ((points_.normals[index] & kSideBit) != 0 && facing > kSideSlack))
         return;
     if (is_back || (two_sided && facing > 0)) {
         normal ^= kOppositeNormal;

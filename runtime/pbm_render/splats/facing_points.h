@@ -177,7 +177,8 @@ HWY_INLINE std::size_t add_near(const StripRun &at, const NearPoints &points, st
         const PointNormal normal = unpack_normal(packed[lane]);
         const bool is_back = !normal.two_sided && glm::dot(normal.axis, point) > kFacingSlack * glm::length(point);
         FacingPoints *const side = is_back ? to.backs : to.fronts;
-        if (side == nullptr || ((stored[lane] & kSideBit) != 0 && glm::dot(normal.axis, point) > 0))
+        if (side == nullptr ||
+            ((stored[lane] & kSideBit) != 0 && glm::dot(normal.axis, point) > kSideSlack * glm::length(point)))
             continue;
         float inset = 0;
         if (!normal.two_sided)
@@ -260,9 +261,11 @@ HWY_INLINE std::size_t find_facing_points(const StripRun &at, const VisibleBrick
         const SplatNormal normal = splat_normal(frame, packed, pixel_x, pixel_y, false);
         const Mask faces = hn::Le(normal.facing, set(slack));
         Mask keep = hn::FirstN(d, points.end - i);
-        if (run.run->has_sides) [[unlikely]] {
-            const auto turned = hn::And(hn::ShiftRight<16>(hn::BitCast(di, normal.turn)), stored);
-            keep = hn::And(keep, hn::RebindMask(d, hn::Eq(hn::And(turned, hn::Set(di, kSideBit)), hn::Zero(di))));
+        if (run.run->has_sides) [[unlikely]] { // sides that face away were turned, and face the eye now
+            const Mask away = hn::And(hn::RebindMask(d, hn::Lt(hn::BitCast(di, normal.turn), hn::Zero(di))),
+                                      hn::Lt(normal.facing, set(-kSideSlack)));
+            const Mask sides = hn::RebindMask(d, hn::TestBit(stored, hn::Set(di, kSideBit)));
+            keep = hn::AndNot(hn::And(away, sides), keep);
         }
         if (brick.is_cut) [[unlikely]] {
             for (const BrickCut &cut : points.cuts)

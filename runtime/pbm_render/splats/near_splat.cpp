@@ -91,7 +91,7 @@ bool draw_near(const PointAroundEye &point, float voxel, bool shows_backs, const
     const bool two_sided = (point.normal & kTwoSidedBit) != 0;
     const float facing = glm::dot(normal, centre);
     if ((!two_sided && !shows_backs && facing > kFacingSlack * glm::length(centre)) ||
-        ((point.normal & kSideBit) != 0 && facing > 0))
+        ((point.normal & kSideBit) != 0 && facing > kSideSlack * glm::length(centre)))
         return false;
     float inset = 0;
     if (!two_sided)

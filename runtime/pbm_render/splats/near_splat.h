@@ -20,6 +20,10 @@ struct Framebuffer;
 // that are drawn as blocks of pixels are always farther away.
 inline constexpr float kMinRadii = 1.25F, kMinVoxels = 2;
 
+// Sides (kSideBit) are drawn up to this cosine between normal and ray: of an edge-on card, whose normals are quantised,
+// one side is seen.
+inline constexpr float kSideSlack = 0.03F;
+
 // Eye space (EyeNormal), lengths in grid edges.
 struct NearSplat {
     std::array<float, 3> centre;

@@ -229,7 +229,7 @@ void TableWalk::draw_odd_point(std::size_t index, const glm::vec4 &centre) {
     float facing = glm::dot(normals_[normal].plane, glm::vec3(pixel, 1));
     const bool two_sided = (point_normals_[index] & kTwoSidedBit) != 0;
     const bool is_back = shows_backs_ && !two_sided && facing > kFacingSlack;
-    if ((point_normals_[index] & kSideBit) != 0 && facing > 0)
+    if ((point_normals_[index] & kSideBit) != 0 && facing > kSideSlack)
         return;
     if (is_back || (two_sided && facing > 0)) {
         normal ^= kOppositeNormal;

@@ -154,6 +154,24 @@ TEST(Sides, SidesThatLookAlikeAreLeftOut) {
         EXPECT_EQ(level.sides.size(), 0U);
 }
 
+// The shadow of a point whose sides are both lit is that of neither.
+TEST(Sides, SidesWithOtherLightThanTheirPointAreKept) {
+    Model model = thin_wall(false);
+    AttributeSet &set = model.parameters.attributes;
+    set = {.lights = 1, .shadow_bits = {{{4, 4, 4, 4, 1}}}};
+    model.parameters.lights.resize(1);
+    Level &finest = model.levels.back();
+    finest.points.colours = finest.sides.values.colours = {};
+    finest.sides.values.shadows[0].assign(2 * finest.sides.size(), 1);
+    for (const std::uint8_t lit : {1, 0}) {
+        Model lit_model = model;
+        lit_model.levels.back().points.shadows[0].assign(model.point_count(), lit);
+        average_levels(lit_model, 1);
+        gather_sides(lit_model, 1);
+        EXPECT_EQ(lit_model.levels.back().sides.size(), lit == 1 ? 0U : 256U);
+    }
+}
+
 // An edge of 90 degrees is one surface.
 TEST(Sides, ACreaseHasNone) {
     Model model = thin_wall(true);
