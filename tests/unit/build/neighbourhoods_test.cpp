@@ -41,15 +41,23 @@ struct Cloud {
             --count;
         }
     }
+    void add_relief(std::size_t count) { // from (0, 0) to (1, 1)
+        for (std::size_t i = 0; i < count; ++i) {
+            const double x = uniform(), y = uniform();
+            add(x, y, 0.03 * std::sin(25 * x) * std::sin(25 * y));
+        }
+    }
+    void add_shell(std::size_t count) { // around the crown
+        for (std::size_t i = 0; i < count; ++i) {
+            const double z = 2 * uniform() - 1, angle = 6.283185 * uniform(), r = 0.4 * std::sqrt(1 - z * z);
+            add(0.5 + r * std::cos(angle), 0.5 + r * std::sin(angle), 0.6 + 0.4 * z);
+        }
+    }
     void add_wire(std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) {
             const double t = static_cast<double>(i) / static_cast<double>(count);
             add(t, 0.5, 1.2 + 0.2 * (t - 0.5) * (t - 0.5));
         }
-    }
-    void add_low_plants(std::size_t count) { // above the half of the sheet with x > 0.5
-        for (std::size_t i = 0; i < count; ++i)
-            add(0.5 + 0.5 * uniform(), uniform(), 0.05 + 0.07 * uniform());
     }
     // The surface of a star with blunt rays, which few points describe badly.
     void add_star(std::size_t count) {
@@ -124,6 +132,12 @@ TEST(Neighbourhoods, NoisySurfacesArePlanar) {
     EXPECT_LT(round_share(built(cloud.surface, options_at(8)), -1, 1), 0.1);
 }
 
+TEST(Neighbourhoods, CurvedSurfacesArePlanar) {
+    Cloud cloud;
+    cloud.add_relief(2500);
+    EXPECT_LT(round_share(built(cloud.surface, options_at(8)), -1, 1), 0.05);
+}
+
 // Many neighbours of a thin wall lie on its other side, few do not.
 TEST(Neighbourhoods, ThinWallsArePlanar) {
     Cloud cloud;
@@ -153,6 +167,10 @@ TEST(Neighbourhoods, BodiesOfFewPointsArePlanar) {
     terrain.add_sheet(9000, 0.002);
     terrain.add_crown(800);
     EXPECT_GT(round_share(built(terrain.surface, options_at(8)), 0.4, 0.8), 0.9);
+    Cloud filled; // is seen from one side, and is smooth nearly everywhere; hides more than a fifth
+    filled.add_shell(4000);
+    filled.add_crown(1600);
+    EXPECT_GT(round_share(built(filled.surface, options_at(8)), 0.5, 0.7), 0.2);
 }
 
 TEST(Neighbourhoods, DoNotDependOnThreadsAndOrder) {
