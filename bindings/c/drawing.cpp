@@ -110,7 +110,9 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
         request.lights_follow = options.light_follows == PBM_LIGHTS_EYE ? LightsFollow::eye : LightsFollow::model;
     if (options.finest_level > 0)
         request.view.finest = options.finest_level;
-    request.view.max_error = options.max_error > 0 ? options.max_error : default_max_error(request.fine);
+    request.view.max_error = options.max_error > 0
+                                 ? options.max_error
+                                 : default_max_error(request.fine, request.view.width, request.view.height);
     const auto leaves = [&](std::uint32_t flag) { return (options.flags & flag) != 0; };
     RenderOptions &render = request.render;
     if (leaves(PBM_BACKGROUND))

@@ -322,7 +322,8 @@ typedef struct pbm_render_options {
     uint32_t flags;
     uint8_t background[4]; // red, green, blue, alpha
     int32_t finest_level;  // do not draw finer levels than this one; default: all
-    double max_error;      // pixels: largest edge of a drawn voxel that has children; default 2, of fine pictures 1.42
+    double max_error;      // pixels: largest edge of a drawn voxel that has children; default 2, of fine pictures 1.42,
+                           // and less if they are smaller than 1280x720
     int32_t threads;
     uint64_t max_memory;    // bytes of decoded points that are kept, for this picture and the next ones; default 8 GiB
     int32_t light_follows;  // pbm_light_follows

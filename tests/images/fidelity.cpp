@@ -48,6 +48,10 @@ std::uint64_t squared_difference(const Srgb &truth, std::uint32_t drawn) {
     return static_cast<std::uint64_t>(sum);
 }
 
+double decibels(std::uint64_t pixels, std::uint64_t squared_error) {
+    return 10 * std::log10(3 * 255.0 * 255.0 * static_cast<double>(pixels) / static_cast<double>(squared_error));
+}
+
 } // namespace
 
 FidelityFigures &FidelityFigures::operator+=(const FidelityFigures &o) {
@@ -61,6 +65,8 @@ FidelityFigures &FidelityFigures::operator+=(const FidelityFigures &o) {
     deep_near += o.deep_near;
     on_surface += o.on_surface;
     squared_error += o.squared_error;
+    seen += o.seen;
+    seen_error += o.seen_error;
     return *this;
 }
 
@@ -79,8 +85,14 @@ PictureTruth::PictureTruth(RayImage image, int picture_width, bool shows_backs)
 
 FidelityFigures compare(const PictureTruth &truth, std::span<const Srgb> colours, const DrawnPicture &drawing) {
     const Framebuffer &drawn = drawing.picture;
+    const Rgba8 background = RenderOptions{}.background;
+    const std::uint32_t nothing = pack_rgba(background) & 0xFFFFFF;
     FidelityFigures figures;
     for (std::size_t at = 0; at < drawn.pixels(); ++at) {
+        if (!colours.empty() && (pack_rgb(colours[at]) != nothing || (drawn.colour[at] & 0xFFFFFF) != nothing)) {
+            ++figures.seen;
+            figures.seen_error += squared_difference(colours[at], drawn.colour[at]);
+        }
         const float depth = drawn.depth[at], ray = truth.rays.depths[at];
         if (ray == kEmpty) {
             figures.bleed += depth != kEmpty && truth.nearest[at] == kEmpty;
@@ -106,10 +118,8 @@ FidelityFigures compare(const PictureTruth &truth, std::span<const Srgb> colours
     return figures;
 }
 
-double psnr(const FidelityFigures &figures) {
-    return 10 * std::log10(3 * 255.0 * 255.0 * static_cast<double>(figures.interior) /
-                           static_cast<double>(figures.squared_error));
-}
+double psnr(const FidelityFigures &figures) { return decibels(figures.interior, figures.squared_error); }
+double psnr_seen(const FidelityFigures &figures) { return decibels(figures.seen, figures.seen_error); }
 
 namespace {
 

@@ -30,6 +30,8 @@ struct FidelityFigures {
     std::uint64_t deep_near = 0;     // interior, within 1 voxel of the hits of the pixel and its neighbours
     std::uint64_t on_surface = 0;    // interior, within 1 voxel of the plane that the ray hits
     std::uint64_t squared_error = 0; // of all interior pixels, R, G and B, sRGB 0..255; 0 without a picture to compare
+    std::uint64_t seen = 0;          // pixels that differ from the background in one of both pictures: contours, too
+    std::uint64_t seen_error = 0;    // squared error of all of them
 
     FidelityFigures &operator+=(const FidelityFigures &other);
 };
@@ -62,11 +64,12 @@ struct PictureTruth {
     std::vector<float> farthest_outside_1, farthest_outside_2; // of them within 1 and 2 pixels
 };
 
-// `colours`: the result of `trace`, or empty.
+// `colours`: the result of `trace` with the default background, or empty.
 FidelityFigures compare(const PictureTruth &truth, std::span<const Srgb> colours, const DrawnPicture &drawing);
 
-// Peak signal-to-noise ratio of the interior, decibels.
+// Peak signal-to-noise ratio of the interior, and of all pixels that show the object, decibels.
 double psnr(const FidelityFigures &figures);
+double psnr_seen(const FidelityFigures &figures);
 
 // Fills a drawing, whose size is already set.
 using Draw = std::function<void(const Camera &camera, DrawnPicture &drawing)>;

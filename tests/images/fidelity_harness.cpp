@@ -42,6 +42,7 @@ struct Options {
     glm::ivec2 resolution{1280, 720};
     std::vector<std::string> qualities;
     int views = 8;
+    bool first_view = false;
     bool close_ups = false;
     bool shading = false, shadows = true, shadow_flags = false, angles = false;
     bool true_offsets = false, true_normals = false;
@@ -130,17 +131,21 @@ struct NamedView {
     double pixels_per_voxel; // of the finest level, at the middle
 };
 
-std::vector<NamedView> choose_views(const RayCaster &rays, const Sphere &bounds, const ModelParameters &parameters,
+std::vector<NamedView> choose_views(const RayCaster &rays, const Extent &extent, const ModelParameters &parameters,
                                     const Options &options) {
     const Grid &grid = parameters.grid;
-    const auto whole =
-        eight_views(bounds, grid.up, options.resolution.x, options.resolution.y, shows_backs(Camera{}, parameters));
+    const auto whole = eight_views(extent.sphere, grid.up, options.resolution.x, options.resolution.y,
+                                   shows_backs(Camera{}, parameters));
     std::vector<NamedView> views;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(options.views); ++i) {
-        const double distance = glm::length(whole[i].position - whole[i].focal_point);
-        views.push_back({"whole " + std::to_string(i), whole[i],
-                         options.resolution.y / (2 * std::tan(whole[i].view_angle / 2)) / distance * grid.voxel_size});
-    }
+    const auto add = [&](const std::string &name, const Camera &camera) {
+        const double distance = glm::length(camera.position - camera.focal_point);
+        views.push_back(
+            {name, camera, options.resolution.y / (2 * std::tan(camera.view_angle / 2)) / distance * grid.voxel_size});
+    };
+    if (options.first_view)
+        add("first", default_camera(extent, grid.up, options.resolution.x, options.resolution.y));
+    for (std::size_t i = 0; i < static_cast<std::size_t>(options.views); ++i)
+        add("whole " + std::to_string(i), whole[i]);
     if (!options.close_ups)
         return views;
     const std::span<const Camera> around(whole.data(), static_cast<std::size_t>(std::clamp(options.views, 1, 4)));
@@ -171,6 +176,8 @@ nlohmann::json to_json(const View &view) {
             {"deep_near", f.deep_near},
             {"on_surface", f.on_surface},
             {"squared_error", f.squared_error},
+            {"seen", f.seen},
+            {"seen_error", f.seen_error},
             {"level", view.drawn.level},
             {"points", view.drawn.points}};
 }
@@ -208,11 +215,11 @@ nlohmann::json to_json(const std::vector<NamedView> &views, const std::vector<Re
 }
 
 void print_psnr(const std::vector<NamedView> &views, const Renderer &renderer) {
-    std::printf("%s, PSNR of the interior, dB\n", renderer.name.c_str());
+    std::printf("%s, PSNR of the interior and of all pixels of the object, dB\n", renderer.name.c_str());
     for (std::size_t i = 0; i < views.size(); ++i)
-        std::printf("%-12s %6.2f   (%.2f pixels per voxel of the finest level)\n", views[i].name.c_str(),
-                    psnr(renderer.views[i].figures), views[i].pixels_per_voxel);
-    std::printf("%-12s %6.2f\n", "all", psnr(total(renderer.views)));
+        std::printf("%-12s %6.2f %6.2f   (%.2f pixels per voxel of the finest level)\n", views[i].name.c_str(),
+                    psnr(renderer.views[i].figures), psnr_seen(renderer.views[i].figures), views[i].pixels_per_voxel);
+    std::printf("%-12s %6.2f %6.2f\n", "all", psnr(total(renderer.views)), psnr_seen(total(renderer.views)));
 }
 
 void measure(const RayCaster &rays, const Subject &subject, const ModelParameters &parameters,
@@ -272,11 +279,9 @@ int run(const Options &options) {
     const auto file = MappedFile::open(options.model);
     if (!file)
         throw std::runtime_error(options.model + ": " + file.error().message);
-    const Sphere bounds =
-        value_or_throw(StreamedModel(value_or_throw(Reader::open(file->bytes()), options.model)).bounds(),
-                       options.model)
-            .sphere;
-    const RayCaster rays(subject.mesh, bounds.centre);
+    const Extent extent = value_or_throw(
+        StreamedModel(value_or_throw(Reader::open(file->bytes()), options.model)).bounds(), options.model);
+    const RayCaster rays(subject.mesh, extent.sphere.centre);
     const Bytes changed = options.true_normals ? with_true_normals(*file, options.model, rays) : Bytes();
     StreamedModel model(value_or_throw(Reader::open(changed.empty() ? file->bytes() : changed), options.model));
     const ModelParameters &parameters = model.reader().parameters();
@@ -299,17 +304,18 @@ int run(const Options &options) {
     } else {
         for (const std::string &quality : options.qualities) {
             const bool is_fine = quality == "fine";
-            const double max_error = options.max_error.value_or(default_max_error(is_fine));
+            const double max_error =
+                options.max_error.value_or(default_max_error(is_fine, options.resolution.x, options.resolution.y));
             renderers.push_back({quality, draw_detail(model, fast, max_error, options.finest, look,
                                                       is_fine ? &fine : nullptr, change)});
         }
     }
 
-    const std::vector<NamedView> views = choose_views(rays, bounds, parameters, options);
+    const std::vector<NamedView> views = choose_views(rays, extent, parameters, options);
     measure(rays, subject, parameters, views, renderers, options);
     std::vector<ShadowFigures> shadows;
     if (options.shadow_flags)
-        shadows = check_shadows(ShadowTruth(subject.mesh, bounds.centre), load_whole(*file, options.model), 0);
+        shadows = check_shadows(ShadowTruth(subject.mesh, extent.sphere.centre), load_whole(*file, options.model), 0);
     if (!options.json.empty()) {
         const nlohmann::json json{{"views", to_json(views, renderers)}, {"shadows", to_json(shadows)}};
         const Status told = command_line::write_text(options.json, json.dump(2) + "\n");
@@ -346,6 +352,7 @@ int parse_and_run(int argc, char **argv) {
     line.add("--quality", "fast, fine or both with a comma between; default fast", &options.qualities,
              {.check = command_line::Words{"fast", "fine"}, .separator = ','});
     add("--views", options.views, "So many of the eight views of the whole model", Integers{0, 8});
+    add("--first-view", options.first_view, "The first view of pbm-render, too");
     add("--close-ups", options.close_ups, "Close views, too: 4 to 8 pixels per voxel");
     add("--angles", options.angles, "Depths by the angle under which the surface is seen, and why they miss");
     add("--true-offsets", options.true_offsets, "Surface offsets of the mesh instead of estimated ones");

@@ -300,7 +300,8 @@ class Model:
         without       what to leave out: "texture", "colours", "shadows", "ground", "panorama", "reflections",
                       "legend"
         finest_level  do not draw finer levels than this one; 0: all
-        max_error     pixels: largest edge of a drawn voxel that has children; 0: 2, of fine pictures 1.42
+        max_error     pixels: largest edge of a drawn voxel that has children; 0: 2, of fine pictures 1.42, and
+                      less if they are smaller than 1280x720
         depth         also return depths: [height][width] float32, distance along the view in model units, infinity
                       where nothing is
         light_follows "eye": lights turn with the camera and cast no shadows; "model": they stay where they are; None:

@@ -5,6 +5,8 @@
 #include "pbm_format/model/octree.h"
 #include "pbm_render/camera/camera.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 namespace pbm {
@@ -12,7 +14,14 @@ namespace pbm {
 // Defaults of DetailView::max_error, pixels. A fast picture shows one of the points in a pixel, so smaller voxels make
 // fine pictures truer, but not fast ones (docs/explanation/fidelity.md).
 inline constexpr double kFastMaxError = 2, kFineMaxError = 1.42;
-constexpr double default_max_error(bool fine) { return fine ? kFineMaxError : kFastMaxError; }
+// A fine picture that is smaller than 1280x720 shows the voxels that one of that size would show: a coarse voxel
+// averages normals, which makes it brighter, and covers its children, which makes thin bars wider.
+inline constexpr double kFineEdge = 960; // pixels: square root of 1280 x 720
+inline double default_max_error(bool fine, int width = 1280, int height = 720) {
+    if (!fine)
+        return kFastMaxError;
+    return kFineMaxError * std::min(1.0, std::sqrt(static_cast<double>(width) * height) / kFineEdge);
+}
 
 struct DetailView {
     Camera camera;                    // usable

@@ -73,7 +73,8 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
     line.add("--level", "Finest detail level to draw; default, and above the depth: the finest there is",
              &options.load.max_level, {.check = Integers{0, kMaxDepth}});
     line.add("--max-error",
-             "Largest edge of the voxels drawn, pixels; finer detail is left out; default 2, of fine pictures 1.42",
+             "Largest edge of the voxels drawn, pixels; finer detail is left out; default 2, of fine pictures 1.42, "
+             "and less below 1280x720",
              &options.max_error, {.check = Numbers{0.1, 64}});
     line.topic = "Points";
     line.add("--colour-by,--color-by",
@@ -247,8 +248,8 @@ void forget_camera(ViewOptions &options) {
     options.look.classes = {};
 }
 
-double max_error_of(const ViewOptions &options, Quality quality, Motion motion) {
-    return options.max_error.value_or(default_max_error(draws_fine(quality, motion)));
+double max_error_of(const ViewOptions &options, glm::ivec2 size, Quality quality, Motion motion) {
+    return options.max_error.value_or(default_max_error(draws_fine(quality, motion), size.x, size.y));
 }
 
 DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::ivec2 size, double max_error) {

@@ -62,8 +62,8 @@ Result<Camera> choose_turntable(const ViewOptions &options, const Extent &extent
 // Removes what is for one model only: camera, clip region, up axis, colours and classes.
 void forget_camera(ViewOptions &options);
 
-// The largest edge of a voxel in pictures of this quality and motion, pixels.
-double max_error_of(const ViewOptions &options, Quality quality, Motion motion);
+// The largest edge of a voxel in pictures of this size, quality and motion, pixels.
+double max_error_of(const ViewOptions &options, glm::ivec2 size, Quality quality, Motion motion);
 
 // The detail view for a picture of `size` in which no voxel is larger than `max_error` pixels.
 DetailView detail_view(const ViewOptions &options, const Camera &camera, glm::ivec2 size, double max_error);

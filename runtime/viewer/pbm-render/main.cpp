@@ -108,7 +108,7 @@ int fail(const std::string &file, const Error &error) {
 // it takes less than 64 MB. A model that needs more is drawn coarser.
 constexpr std::uint64_t kThumbnailMemory = 20 << 20;
 constexpr int kMaxThumbnail = 1024, kMaxFineThumbnail = 512; // pixels; a larger fine one takes too much time and memory
-constexpr double kSharpThumbnail = 256;                      // pixels; larger ones show voxels of up to twice the size
+constexpr double kFastThumbnailError = 2.84;                 // pixels: largest edge of a voxel of a fast one
 constexpr int kMaxThumbnailThreads = 4;                      // each takes memory of its own
 
 // The options that --thumbnail stands for. `edge`: pixels.
@@ -116,7 +116,8 @@ void preset_thumbnail(int edge, ViewOptions &view) {
     view.resolution = {edge, edge};
     view.look.quality = edge <= kMaxFineThumbnail ? Quality::fine : Quality::fast;
     view.look.samples = std::clamp(2 * kMaxFineThumbnail / edge, 1, kDefaultSamples);
-    view.max_error = kFineMaxError * std::clamp(edge / kSharpThumbnail, 1.0, 2.0);
+    if (edge > kMaxFineThumbnail)
+        view.max_error = kFastThumbnailError;
     view.look.render.background = {0, 0, 0, 0};
     view.look.render.panorama = view.look.render.ground = view.look.legend = false;
     view.load.max_memory = kThumbnailMemory;

@@ -38,7 +38,7 @@ LookOptions ModelDrawer::look() const {
 }
 
 DetailView ModelDrawer::view(const Camera &camera, glm::ivec2 size, Motion motion) const {
-    return detail_view(options_, camera, size, max_error_of(options_, look_.options.quality, motion));
+    return detail_view(options_, camera, size, max_error_of(options_, size, look_.options.quality, motion));
 }
 
 Status ModelDrawer::load(const Camera &camera, glm::ivec2 size, Motion motion) {

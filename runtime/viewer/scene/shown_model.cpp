@@ -28,7 +28,7 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const std::s
         return extent.error();
     shown->extent_ = std::move(*extent);
     static_cast<void>(shown->painter(shown->window_)); // now, before there is a window
-    const double max_error = max_error_of(options, options.look.quality, Motion::still);
+    const double max_error = max_error_of(options, options.resolution, options.look.quality, Motion::still);
     // The window reports an unusable camera.
     if (const auto camera = choose_camera(options, shown->extent_, shown->grid(), options.resolution))
         shown->streamed().request(

@@ -12,20 +12,21 @@ namespace {
 using namespace pbm;
 using namespace pbm::build;
 
-// A flat square of `cells` x `cells` quads with edges of length 1.
-Surface sheet(unsigned cells) {
+// A flat rectangle of `columns` x `rows` quads with edges of length 1.
+Surface sheet(unsigned columns, unsigned rows) {
     Surface surface;
-    for (unsigned y = 0; y <= cells; ++y)
-        for (unsigned x = 0; x <= cells; ++x)
+    for (unsigned y = 0; y <= rows; ++y)
+        for (unsigned x = 0; x <= columns; ++x)
             surface.positions.emplace_back(x, y, 0);
-    for (unsigned y = 0; y < cells; ++y)
-        for (unsigned x = 0; x < cells; ++x) {
-            const unsigned a = y * (cells + 1) + x;
-            surface.triangles.emplace_back(a, a + 1, a + cells + 2);
-            surface.triangles.emplace_back(a, a + cells + 2, a + cells + 1);
+    for (unsigned y = 0; y < rows; ++y)
+        for (unsigned x = 0; x < columns; ++x) {
+            const unsigned a = y * (columns + 1) + x;
+            surface.triangles.emplace_back(a, a + 1, a + columns + 2);
+            surface.triangles.emplace_back(a, a + columns + 2, a + columns + 1);
         }
     return surface;
 }
+Surface sheet(unsigned cells) { return sheet(cells, cells); }
 
 TEST(GridChoice, TheMedianEdgeIsWithinTwoPercent) {
     EXPECT_NEAR(median_edge(sheet(50), 2), 1.0, 0.02); // two of three edges
@@ -168,9 +169,9 @@ TEST(GridChoice, AreasBeyondAMillionTimesTheBoxAreSummed) {
     EXPECT_NEAR(relative_area(soup, bounds_of(soup), 2), 1.5e6, 10);
 }
 
-// A sheet rolled up to a cylinder of this radius, as long as it is wide, with its normals.
-Surface rolled(unsigned cells, double radius, std::vector<ShortNormal> &normals) {
-    Surface surface = sheet(cells);
+// A sheet rolled up to a cylinder of this radius, with its normals.
+Surface rolled(unsigned columns, unsigned rows, double radius, std::vector<ShortNormal> &normals) {
+    Surface surface = sheet(columns, rows);
     normals.clear();
     for (glm::dvec3 &p : surface.positions) {
         const double angle = p.x / radius;
@@ -182,7 +183,7 @@ Surface rolled(unsigned cells, double radius, std::vector<ShortNormal> &normals)
 
 TEST(GridChoice, NormalsChangeWithinAVoxelAsTheSurfaceIsCurved) {
     std::vector<ShortNormal> normals;
-    const Surface surface = rolled(200, 50, normals);
+    const Surface surface = rolled(200, 200, 50, normals);
     const Bounds bounds = bounds_of(surface);
     // Of a triangle's edges of length 1, 1 and sqrt(2), the first turns by 1/50, the second not, the third by 1/50.
     const double within_an_edge = std::sqrt((1 + 0.5) / 3);
@@ -198,9 +199,9 @@ TEST(GridChoice, DetailGetsOneDepthMore) {
         return value_of(choose_grid(surface, bounds_of(surface), normals, {}, 2)).grid.depth;
     };
     std::vector<ShortNormal> normals;
-    const Surface gentle = rolled(300, 400, normals);
+    const Surface gentle = rolled(100, 1200, 400, normals);
     EXPECT_EQ(depth_of(gentle, normals), mesh_depth(bounds_of(gentle), median_edge(gentle, 2)));
-    const Surface tight = rolled(300, 5, normals);
+    const Surface tight = rolled(100, 1200, 5, normals);
     EXPECT_EQ(depth_of(tight, normals), mesh_depth(bounds_of(tight), median_edge(tight, 2)) + 1);
 }
 
@@ -208,7 +209,7 @@ TEST(GridChoice, FiveDegreesWithinAVoxelAreDetail) {
     std::size_t finer = 0, asked = 0;
     for (const double radius : {6.5, 7.0, 7.5, 8.0, 8.4, 8.8, 9.5}) {
         std::vector<ShortNormal> normals;
-        const Surface surface = rolled(300, radius, normals);
+        const Surface surface = rolled(100, 1200, radius, normals);
         const Bounds bounds = bounds_of(surface);
         const int depth = mesh_depth(bounds, median_edge(surface, 2));
         const double change = normal_change(surface, bounds, normals, centred_grid(bounds, depth).voxel_size, 2);
@@ -219,6 +220,38 @@ TEST(GridChoice, FiveDegreesWithinAVoxelAreDetail) {
     }
     EXPECT_GT(finer, 2U);
     EXPECT_LT(finer, asked);
+}
+
+TEST(GridChoice, AMeshGetsVoxelsOfAPixelOfTheFirstView) {
+    const auto depth_of = [](const Surface &surface, std::uint64_t scan_bytes = 0) {
+        GridRequest request;
+        request.scan_bytes = scan_bytes;
+        const std::vector<ShortNormal> normals(surface.positions.size(), to_short_normal({0, 0, 1}));
+        const int depth = value_of(choose_grid(surface, bounds_of(surface), normals, request, 1)).grid.depth;
+        EXPECT_EQ(value_of(choose_grid(surface, bounds_of(surface), normals, request, 2)).grid.depth, depth);
+        return depth;
+    };
+    const Surface high = sheet(20); // as high as 0.95 of 1080 pixels
+    EXPECT_NEAR(screen_voxel(bounds_of(high), UpAxis::y, 10), 0.95 * 1080 / 1024, 1e-3);
+    EXPECT_EQ(depth_of(high), 10);
+    const Surface wide = sheet(200, 20); // as wide as 0.95 of 1920 pixels
+    EXPECT_NEAR(screen_voxel(bounds_of(wide), UpAxis::y, 10), 0.95 * 1920 / 1024, 1e-3);
+    EXPECT_EQ(depth_of(wide), 11);
+
+    Surface stack; // of 40 sheets: its model would be larger than any of 1.5 MB
+    for (int i = 0; i < 40; ++i) {
+        const Surface one = sheet(20);
+        const auto first = static_cast<unsigned>(stack.positions.size());
+        for (const glm::dvec3 &p : one.positions)
+            stack.positions.push_back(p + glm::dvec3(0, 0, 0.25 * i));
+        for (const glm::uvec3 &t : one.triangles)
+            stack.triangles.push_back(t + first);
+    }
+    const double bytes = estimated_bytes(relative_area(stack, bounds_of(stack), 1), 0, false, 10);
+    EXPECT_GT(bytes, kMinBudget);
+    EXPECT_LT(depth_of(stack), 10);
+    EXPECT_LT(depth_of(stack, static_cast<std::uint64_t>(bytes) - 1), 10);
+    EXPECT_EQ(depth_of(stack, static_cast<std::uint64_t>(bytes) + 1), 10);
 }
 
 TEST(GridChoice, PointsAtRandomGetAVoxelEdgeWithinSqrtTwoOfTheirDistance) {

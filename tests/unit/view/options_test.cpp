@@ -161,15 +161,19 @@ TEST(ChooseCamera, RefusesGridsSoFarFromTheOriginThatCoordinatesRoundOrOverflow)
 
 TEST(MaxErrorOf, IsThatOfTheCommandLineOrOfTheQuality) {
     ViewOptions options;
-    EXPECT_EQ(max_error_of(options, Quality::automatic, Motion::still), kFineMaxError);
-    EXPECT_EQ(max_error_of(options, Quality::automatic, Motion::moving), kFastMaxError);
-    EXPECT_EQ(max_error_of(options, Quality::fine, Motion::moving), kFineMaxError);
-    EXPECT_EQ(max_error_of(options, Quality::fast, Motion::still), kFastMaxError);
+    const glm::ivec2 size(1280, 720), small(160, 90);
+    EXPECT_EQ(max_error_of(options, size, Quality::automatic, Motion::still), kFineMaxError);
+    EXPECT_EQ(max_error_of(options, size, Quality::automatic, Motion::moving), kFastMaxError);
+    EXPECT_EQ(max_error_of(options, size, Quality::fine, Motion::moving), kFineMaxError);
+    EXPECT_EQ(max_error_of(options, size, Quality::fast, Motion::still), kFastMaxError);
+    EXPECT_EQ(max_error_of(options, {3840, 2160}, Quality::fine, Motion::still), kFineMaxError);
+    EXPECT_EQ(max_error_of(options, small, Quality::fast, Motion::still), kFastMaxError);
+    EXPECT_DOUBLE_EQ(max_error_of(options, small, Quality::fine, Motion::still), kFineMaxError / 8);
     EXPECT_EQ(detail_as_options(options), "");
     options.max_error = 0.5;
     for (const Quality quality : {Quality::automatic, Quality::fine, Quality::fast})
         for (const Motion motion : {Motion::still, Motion::moving})
-            EXPECT_EQ(max_error_of(options, quality, motion), 0.5);
+            EXPECT_EQ(max_error_of(options, small, quality, motion), 0.5);
     EXPECT_EQ(detail_as_options(options), " --max-error=0.5");
 }
 

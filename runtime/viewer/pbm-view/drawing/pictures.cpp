@@ -93,7 +93,9 @@ DetailView Pictures::view_at(double max_error) const {
 }
 
 FrameScheduler::Errors Pictures::errors() const {
-    const auto of = [&](Motion motion) { return max_error_of(shown_.options, shown_.look->options.quality, motion); };
+    const auto of = [&](Motion motion) {
+        return max_error_of(shown_.options, shown_.size, shown_.look->options.quality, motion);
+    };
     return {.still = of(Motion::still), .moving = of(Motion::moving)};
 }
 

@@ -42,8 +42,9 @@ class Recording {
     // errors  as StreamedModel::load and the sink
     Status add(const std::function<void(const Framebuffer &, const PictureStatistics &)> &show) {
         ShownModel &model = *shown_.model;
-        const double max_error = max_error_of(shown_.options, shown_.look->options.quality, Motion::moving);
-        const DetailView view = model.view(camera(), shown_.options.resolution, max_error);
+        const glm::ivec2 size = shown_.options.resolution;
+        const double max_error = max_error_of(shown_.options, size, shown_.look->options.quality, Motion::moving);
+        const DetailView view = model.view(camera(), size, max_error);
         const auto detail = model.streamed().load(view);
         if (!detail)
             return detail.error();

@@ -276,6 +276,23 @@ double texels_per_voxel(const Surface &surface, const Bounds &bounds, double vox
     return area > 0 ? texels * (voxel_size / edge) * (voxel_size / edge) / area : 0;
 }
 
+double screen_voxel(const Bounds &bounds, UpAxis up, int depth) {
+    const glm::dvec3 size = bounds.highest - bounds.lowest;
+    const int upwards = up == UpAxis::x ? 0 : up == UpAxis::y ? 1 : 2;
+    const double height = size[upwards], across = std::max(size[(upwards + 1) % 3], size[(upwards + 2) % 3]);
+    const double edge = bounds.extent();
+    const double pixels = std::min(across > 0 ? kScreenWidth * edge / across : kScreenWidth,
+                                   height > 0 ? kScreenHeight * edge / height : kScreenWidth);
+    constexpr double kFramed = 0.95; // part of the picture that a first view fills
+    return std::ldexp(kFramed * pixels, -depth);
+}
+
+double estimated_bytes(double relative_area, double normal_change, bool is_coloured, int depth) {
+    constexpr double kVoxelsPerArea = 1.5, kPlain = 0.1, kOfChange = 2.8, kOfColour = 1; // bytes per voxel
+    const double per_voxel = kPlain + kOfChange * std::sqrt(normal_change) + (is_coloured ? kOfColour : 0);
+    return std::ldexp(kVoxelsPerArea * relative_area, 2 * depth) * per_voxel;
+}
+
 namespace {
 
 // The finest depth at which the lower bound of the voxels is within max_points: a surface of area A has at least about
@@ -309,9 +326,25 @@ Status check_fits(const Bounds &bounds, const Grid &grid) {
     return {};
 }
 
+// The finest depth from `depth` on that the screen shows and the budget allows.
+int depth_of_screen(const Surface &surface, const Bounds &bounds, std::span<const ShortNormal> normals,
+                    const GridRequest &request, int depth, int threads) {
+    const bool is_coloured = !surface.colours.empty() || !surface.texture_ids.empty() || !surface.face_colours.empty();
+    const double budget = std::max(kMinBudget, static_cast<double>(request.scan_bytes));
+    const double area = relative_area(surface, bounds, threads);
+    while (depth < kMaxScreenDepth && screen_voxel(bounds, request.up.value_or(UpAxis::y), depth) > kMaxScreenVoxel) {
+        const double change =
+            normal_change(surface, bounds, normals, centred_grid(bounds, depth + 1).voxel_size, threads);
+        if (estimated_bytes(area, change, is_coloured, depth + 1) > budget)
+            break;
+        ++depth;
+    }
+    return depth;
+}
+
 // The finer of the depths for triangles and for points.
 ChosenGrid grid_by_detail(const Surface &surface, const Bounds &bounds, std::span<const ShortNormal> normals,
-                          int threads) {
+                          const GridRequest &request, int threads) {
     int depth = kMinBuildDepth;
     std::string reason;
     if (!surface.triangles.empty()) {
@@ -330,6 +363,11 @@ ChosenGrid grid_by_detail(const Surface &surface, const Bounds &bounds, std::spa
         if (depth > of_surface)
             reason = formatted("%d: at %d, which the surface asks for, a voxel has %.0f texels", depth, of_surface,
                                first_texels);
+        if (const int of_screen = depth_of_screen(surface, bounds, normals, request, depth, threads);
+            of_screen > depth) {
+            depth = of_screen;
+            reason.clear();
+        }
     }
     if (surface.point_count() > 0)
         if (const int of_points = point_depth(occupied_voxels(surface, bounds, threads)); of_points > depth) {
@@ -358,7 +396,7 @@ Result<ChosenGrid> choose_grid(const Surface &surface, const Bounds &bounds, std
             return fits.error();
         return ChosenGrid{*request.like, {}};
     } else {
-        chosen = grid_by_detail(surface, bounds, normals, threads);
+        chosen = grid_by_detail(surface, bounds, normals, request, threads);
     }
     chosen.grid.unit = request.unit.value_or(Unit::unknown);
     chosen.grid.up = request.up.value_or(UpAxis::y);

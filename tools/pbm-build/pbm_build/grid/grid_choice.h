@@ -23,7 +23,8 @@ struct GridRequest {
     std::optional<std::uint64_t> max_points; // the finest depth with at most so many points
     std::optional<Grid> like;                // this very grid, with its unit and up axis
     std::optional<Unit> unit;                // absent: that of the scan's format, and none in choose_grid
-    std::optional<UpAxis> up; // absent: that of the scan's format, or found by find_up_axis, and +Y in choose_grid
+    std::optional<UpAxis> up;     // absent: that of the scan's format, or found by find_up_axis, and +Y in choose_grid
+    std::uint64_t scan_bytes = 0; // of the input files: a model whose depth is not given may weigh as much
 };
 
 // Axis-aligned box around everything that will be sampled: corners of triangles, and points.
@@ -91,15 +92,29 @@ double texels_per_voxel(const Surface &surface, const Bounds &bounds, double vox
 inline constexpr double kMaxTexels = 4;
 inline constexpr int kMaxDepthsForTexels = 2;
 
+// A mesh gets finer voxels than that where the screen shows them: in a first view of kScreenWidth x kScreenHeight
+// pixels none is wider than kMaxScreenVoxel, if the estimated bytes of the model are within those of the scan, or
+// within kMinBudget. Fine pictures draw voxels of up to that size.
+inline constexpr int kMaxScreenDepth = 11;
+inline constexpr double kScreenWidth = 1920, kScreenHeight = 1080, kMaxScreenVoxel = 1.42; // pixels
+inline constexpr double kMinBudget = 1.5e6;                                                // bytes
+
+// Largest edge of a voxel in the first view of that size, pixels, without the perspective.
+double screen_voxel(const Bounds &bounds, UpAxis up, int depth);
+
+// The bytes of a mesh's file, estimated from its area, from normal_change and from whether its points have colours: of
+// meshes of one colour within 30 %, of coloured or rough ones within a factor of 2.
+double estimated_bytes(double relative_area, double normal_change, bool is_coloured, int depth);
+
 struct ChosenGrid {
     Grid grid;
-    std::string reason; // for the report, where the detail of the surface or of its images made it finer
+    std::string reason; // for the report, where the detail of the surface or of its images decided
 };
 
 // The requested grid, with its unit and up axis. By default that of mesh_depth, one depth finer where normal_change
-// exceeds kMaxNormalChange, then finer by kMaxTexels. A surface of triangles and points gets the finer of the two
-// depths. With max_points the number of voxels is estimated from below: the surface may have more. `normals`: as for
-// normal_change.
+// exceeds kMaxNormalChange, then finer by kMaxTexels, then by kMaxScreenVoxel. A surface of triangles and points gets
+// the finer of the two depths. With max_points the number of voxels is estimated from below: the surface may have more.
+// `normals`: as for normal_change.
 //
 // errors  usage  see snapped_grid; something lies outside of the grid that is taken over, or that is coarser than
 //                kMinBuildDepth

@@ -210,6 +210,7 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
                           metadata->has_crs ? "in the metadata, as \"crs\"" : "the metadata has no room for it");
 
     GridRequest request = options.grid;
+    request.scan_bytes = statistics.input_bytes;
     if (!request.like)
         choose_orientation(convention, surface, scan.bounds, request, run);
     const PointRequest points{.viewpoint = options.viewpoints.size() == 1 ? std::optional(options.viewpoints.front())
