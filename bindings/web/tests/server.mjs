@@ -30,6 +30,8 @@ const TYPES = {
     ".wasm": "application/wasm",
     ".css": "text/css",
     ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".svg": "image/svg+xml",
     ".pbvg": "model/vnd.pbm.pbvg",
 };
 

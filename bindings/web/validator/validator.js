@@ -1,4 +1,5 @@
 // The page of the validator: takes a file, has a worker examine it, and shows what was found.
+import { trusted } from "../viewer/addresses.js";
 
 const MOST_FINDINGS = 1000;
 const LARGEST = 1.5e9; // bytes of a file: it is examined in memory
@@ -26,10 +27,7 @@ function examine(chosen) {
         return;
     }
     state.textContent = `${chosen.name} is being examined.`;
-    // A worker made of a Blob inherits the page's Content-Security-Policy, one of a file does not.
-    const code = `import ${JSON.stringify(new URL("./validator_worker.js", import.meta.url).href)};`;
-    const url = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
-    worker = new Worker(url, { type: "module" });
+    worker = new Worker(trusted(new URL("./validator_worker.js", import.meta.url)), { type: "module" });
     worker.onmessage = ({ data }) => {
         if (data === "ready") worker.postMessage({ file: chosen, level: "deep", maxFindings: MOST_FINDINGS });
         else show(chosen, data);
