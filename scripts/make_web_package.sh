@@ -46,7 +46,7 @@ target.write_text(f"<!doctype html><html lang=en><meta charset=utf-8><title>Code
                   f"<table><tr>{heads}{body}</table></main>\n")
 PYTHON
 # What `pbm-render --page` copies, with the sizes of its report.
-cp "$web/page/page.html" "$package"
+cp "$web"/page/page.{html,css} "$package"
 (
     cd "$package"
     for file in pbm-viewer.js view_worker.js pbm.wasm icon.svg pbm_threads*; do

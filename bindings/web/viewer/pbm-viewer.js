@@ -29,7 +29,7 @@ const ZOOM_DISTANCE = 12; // CSS pixels, the same
 const FAILURES_TOLD = 3; // in a row, before a network failure is an error event
 const RESTART_DELAY = 500; // ms before a worker that did not come is asked for once more
 const CODE_PART = 0.4; // of its bytes that a server sends: it compresses them
-const WANTED = 600 * 1024; // bytes that a picture needs, as long as nobody knows
+const WANTED = 600 * 1024; // bytes that a picture needs, as long as nobody knows: coarse levels do not tell of finer ones
 
 // Where there is no window, as on a server that renders pages, the module has an element that nobody can make.
 const Base = globalThis.HTMLElement ?? class {};
@@ -62,7 +62,8 @@ class PbmViewer extends Base {
     #zoom = { x: 0, y: 0, time: -Infinity, point: null }; // the last one: client coordinates, and what is there
     #byUser = false; // the last change of the view
     #bytes = 0;
-    #wanted = null; // bytes that the picture still lacks; null: not known
+    #wanted = null; // bytes that the picture still lacks, as far as is known; null: nothing is
+    #fileBytes = null; // null: not known
     #progress = 0;
     #loaded = false;
     #dismissed = false;
@@ -295,7 +296,7 @@ class PbmViewer extends Base {
         this.#link = this.#canvas = this.#context = this.#info = this.#stage = this.#motion = null;
         this.#loaded = false;
         this.#bytes = this.#progress = 0;
-        this.#wanted = null;
+        this.#wanted = this.#fileBytes = null;
         this.#paper.discard();
         this.#notify(NO_NOTICES);
         this.#parts.credit.replaceChildren();
@@ -357,9 +358,10 @@ class PbmViewer extends Base {
         if (complete) this.#report({ bytes: this.#bytes, wanted: 0 });
     }
 
-    #report({ bytes, wanted }) {
+    #report({ bytes, wanted, size = this.#fileBytes }) {
         const before = [this.#bytes, this.#progress];
         this.#bytes = bytes;
+        this.#fileBytes = size;
         this.#wanted = wanted;
         const part = wanted === 0 && this.#loaded ? 1 : Math.min(this.#partHere(), 0.99);
         this.#progress = Math.max(this.#progress, part);
@@ -374,7 +376,8 @@ class PbmViewer extends Base {
     #partHere() {
         const code = CODE_PART * CODE_BYTES;
         const codeHere = this.#loaded ? code : Math.min(CODE_PART * (this.#link?.codeBytes ?? 0), code);
-        const wanted = this.#wanted || Math.max(FIRST_BYTES, WANTED - this.#bytes);
+        const expected = Math.min(WANTED, this.#fileBytes ?? Infinity) - this.#bytes;
+        const wanted = Math.max(this.#wanted ?? FIRST_BYTES, expected, 0);
         return (codeHere + this.#bytes) / (code + this.#bytes + wanted);
     }
 

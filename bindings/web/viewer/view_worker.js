@@ -7,7 +7,7 @@
 //   view {camera, width, height, moving, background,          framed {camera, aspect}  default camera of a new size
 //         quality, backs, look, hotspots}                     frame {camera, width, height, complete, visible,
 //   pause {paused}                                                   pixels}
-//   ask {id, question, ...}                                   progress {bytes, wanted}
+//   ask {id, question, ...}                                   progress {bytes, wanted, size}
 //                                                             failed {error, fatal, passing}  passing: the next view
 //                                                                  may have no such error
 //                                                             recovered {}  no passing error holds any more
@@ -352,7 +352,7 @@ class ViewWorker {
 
     #progress(lacking = null) {
         const wanted = lacking ? joined(lacking, 0).reduce((sum, [from, to]) => sum + to - from, 0) : null;
-        post({ type: "progress", bytes: this.#source.figures.bytes, wanted });
+        post({ type: "progress", bytes: this.#source.figures.bytes, wanted, size: this.#source.size });
     }
 
     // The point of the model in the picture, at parts 0..1 of its width and height, or null.

@@ -38,10 +38,16 @@ function threadsHere() {
 function newWorker() {
     const file = FILES["view_worker.js"];
     if (file.origin === self.origin) return new Worker(trusted(file), { type: "module" });
-    // A worker's own file must come from the origin of the page; what it imports need not.
-    const text = `import ${JSON.stringify(file.href)};`;
+    // A worker's own file must come from the origin of the page; what it imports need not. It is no module: browsers start
+    // none in a frame without an origin. Messages wait until the import is done.
+    const text = `const early = [];
+        self.onmessage = (event) => early.push(event);
+        import(${JSON.stringify(file.href)}).then(
+            () => early.forEach((event) => self.onmessage(event)),
+            (error) => setTimeout(() => { throw error; }),
+        );`;
     const address = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
-    return new Worker(trusted(address), { type: "module" });
+    return new Worker(trusted(address));
 }
 
 // What an error of the renderer's code is to people: see texts.js.
