@@ -53,8 +53,12 @@ function oneOf(names, value, what) {
 
 // Addresses of all files: those in `base`, if there is one, but for those that `files` names.
 function filesOf({ base, files = {} }) {
-    const own = base ? Object.fromEntries(Object.keys(FILES).map((name) => [name, new URL(name, base)])) : FILES;
-    return { ...own, ...files };
+    try {
+        const own = base ? Object.fromEntries(Object.keys(FILES).map((name) => [name, new URL(name, base)])) : FILES;
+        return { ...own, ...files };
+    } catch {
+        throw new PbmError({ code: CODES.IO, message: `base is ${base}, which is no address of a folder` });
+    }
 }
 
 async function compiled(name, files) {
