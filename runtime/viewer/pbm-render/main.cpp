@@ -369,7 +369,9 @@ Result<BenchStatistics> bench(ModelDrawer &drawer, const Camera &first, int fram
 // The picture for screens that are turned.
 Result<Framebuffer> draw_turned(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera) {
     const ViewOptions &view = arguments.view;
-    const glm::ivec2 size(view.resolution.y, view.resolution.x);
+    const Screen &phone = kScreens[0];
+    const glm::ivec2 from = view.resolution;
+    const glm::ivec2 size(from.y, from.x > from.y ? from.y * phone.height / phone.width : from.x);
     Result<Camera> turned = choose_camera(view, drawer.extent(), drawer.grid(), size);
     if (!turned)
         return turned.error();

@@ -22,7 +22,7 @@ struct WebPage {
     const Extent &extent;      // of the model
     UpAxis up;
     const Framebuffer &poster;   // what the page shows until the model is there
-    const Framebuffer &turned;   // the same for screens that are turned: of poster's size with edges exchanged
+    const Framebuffer &turned;   // the same for narrow screens if the first is wide, and for wide ones if it is not
     std::string language = "en"; // of the page, as in HTML; its texts are in German if it is "de", else in English
     std::string url;             // where the page will be, for previews; empty: not known
 };
