@@ -7,20 +7,21 @@ const PAPER = { width: 2480, height: 3508 }; // A4 at 300 pixels an inch: more i
 const WORTH = 1.2; // times as wide as the picture on the screen, or that will do
 
 export class Paper {
-    #image;
+    #canvas;
     #draw;
     #timer = 0;
     #version = 0; // of the view
 
-    // `image`: an element <img>. `draw({width, height})`: a promise of the picture of that size as a Blob, or of null.
-    constructor(image, draw) {
-        this.#image = image;
+    // `canvas` has the class `ready` while it shows the picture of the view: policies may forbid images that scripts make.
+    // `draw({width, height})`: a promise of the picture of that size as an ImageBitmap, or of null.
+    constructor(canvas, draw) {
+        this.#canvas = canvas;
         this.#draw = draw;
     }
 
     // The view rests. `screen`: {width, height} of its picture.
     prepare(screen) {
-        const { clientWidth, clientHeight } = this.#image.parentNode.host;
+        const { clientWidth, clientHeight } = this.#canvas.parentNode.host;
         const scale = Math.min(PIXELS, PAPER.width / clientWidth, PAPER.height / clientHeight);
         const [width, height] = [clientWidth, clientHeight].map((edge) => Math.round(edge * scale));
         if (width < screen.width * WORTH) return;
@@ -34,15 +35,18 @@ export class Paper {
 
     #show(picture) {
         this.discard();
-        this.#image.src = URL.createObjectURL(picture);
+        const { width, height } = picture;
+        Object.assign(this.#canvas, { width, height });
+        this.#canvas.getContext("bitmaprenderer").transferFromImageBitmap(picture);
+        this.#canvas.classList.add("ready");
     }
 
     // The view is another one.
     discard() {
         this.#version += 1;
         clearTimeout(this.#timer);
-        if (!this.#image.hasAttribute("src")) return;
-        URL.revokeObjectURL(this.#image.src);
-        this.#image.removeAttribute("src");
+        if (!this.#canvas.classList.contains("ready")) return;
+        this.#canvas.classList.remove("ready");
+        Object.assign(this.#canvas, { width: 1, height: 1 }); // frees the picture
     }
 }

@@ -69,8 +69,8 @@ canvas, #paper { display: block; object-fit: contain; }
 @media print {
     :host { break-inside: avoid; }
     .button, #bar, #notice, #prompt { display: none !important; }
-    #paper[src] { display: block; }
-    canvas:has(~ #paper[src]) { visibility: hidden; }
+    #paper.ready { display: block; }
+    canvas:has(~ #paper.ready) { visibility: hidden; }
     #about ~ #credit { display: block; bottom: 0; max-width: 100%; }
     #credit bdi { color: #000; background: #fff; }
 }
@@ -105,7 +105,7 @@ export function build(root) {
         make("div", { id: "ground" }),
         ...corners,
         make("div", { id: "input", part: "input", tabindex: "0" }),
-        make("img", { id: "paper", alt: "" }),
+        make("canvas", { id: "paper" }),
         make("div", { id: "hotspots" }),
         make("div", { id: "poster", part: "poster" }, make("slot", { name: "poster" })),
         make("div.gone", { id: "bar", part: "progress-bar" }),

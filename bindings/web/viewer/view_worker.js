@@ -373,7 +373,7 @@ class ViewWorker {
         return this.#context ? this.#canvas.convertToBlob({ type: mimeType, quality }) : null;
     }
 
-    // A picture for paper, of what is in memory, as a Blob. Null if there is no room for it, or no view that rests.
+    // A picture for paper, of what is in memory, as an ImageBitmap. Null if there is no room for it, or no view that rests.
     async #paper({ width, height }) {
         if (!this.#stage || !this.#isExact()) return null;
         const picture = this.#picture;
@@ -397,7 +397,7 @@ class ViewWorker {
             return null;
         }
         this.#store.takeLacking();
-        return context.canvas.convertToBlob();
+        return context.canvas.transferToImageBitmap();
     }
 
     #statistics() {
