@@ -18,6 +18,7 @@ const number = (value) => Number(value).toLocaleString("en");
 const count = (value, what) => `${number(value)} ${what}${Number(value) === 1 ? "" : "s"}`;
 
 let worker = null;
+let examined = null; // the file that was chosen last
 
 // A worker that keeps to a policy: that which the server sends with its file, or else that of this page, which a worker made
 // of a Blob inherits. Policies of servers seldom allow the latter.
@@ -32,13 +33,16 @@ async function newWorker() {
 
 async function examine(chosen) {
     worker?.terminate();
+    examined = chosen;
     result.hidden = true;
     if (chosen.size > LARGEST) {
         state.textContent = `${chosen.name} has more bytes than this page can examine: run pbm-validate.`;
         return;
     }
     state.textContent = `${chosen.name} is being examined.`;
-    worker = await newWorker();
+    const fresh = await newWorker();
+    if (chosen !== examined) return fresh.terminate(); // another file was chosen meanwhile
+    worker = fresh;
     worker.onmessage = ({ data }) => {
         if (data === "ready") worker.postMessage({ file: chosen, level: "deep", maxFindings: MOST_FINDINGS });
         else show(chosen, data);
