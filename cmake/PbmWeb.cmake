@@ -54,5 +54,7 @@ if(NOT zstd_sources)
 endif()
 add_library(pbm_zstd STATIC ${zstd_sources})
 target_include_directories(pbm_zstd SYSTEM PUBLIC ${PBM_ZSTD_SOURCE}/lib)
-target_compile_definitions(pbm_zstd PRIVATE ZSTD_DISABLE_ASM ZSTD_LEGACY_SUPPORT=0)
+# One decoder of Huffman codes and one of sequences instead of two each, and no texts: 8 KB less of the download.
+target_compile_definitions(pbm_zstd PRIVATE ZSTD_DISABLE_ASM ZSTD_LEGACY_SUPPORT=0 HUF_FORCE_DECOMPRESS_X1
+    ZSTD_FORCE_DECOMPRESS_SEQUENCES_SHORT ZSTD_STRIP_ERROR_STRINGS)
 set(PBM_ZSTD_TARGET pbm_zstd)

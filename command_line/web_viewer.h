@@ -10,6 +10,12 @@ namespace pbm::command_line {
 
 inline constexpr const char *kPageForm = "page.html", *kPageFiles = "page_files.txt", *kPage = "index.html";
 
+// Adds to a page the line by which is_edited_page() knows whether somebody has changed the page since.
+std::string sealed_page(std::string page);
+
+// Whether `folder` holds a page that these programs wrote and somebody has changed, or that an earlier version wrote.
+bool is_edited_page(const std::string &folder);
+
 // The folder of the viewer's files for a page in `folder`: $PBM_WEB, share/pbm/web of the installation, or that of the
 // build tree.
 //

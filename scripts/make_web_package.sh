@@ -16,13 +16,21 @@ package=$output/package
 mkdir -p "$package"
 find "$package" -maxdepth 1 -type f ! -name 'pbm_*' ! -name '*.wasm' -delete # what an earlier version put there
 [ "$build/package" -ef "$package" ] || cp "$build"/package/pbm* "$package"
-cp "$web"/module/*.d.ts "$web"/module/node_workers.js "$web"/viewer/*.d.ts "$web"/validator/*.{html,css} \
-    "$web/package.json" "$web/README.md" LICENSE "$package"
+rm -f "$package/pbm_wasm.js"
+cp "$web"/module/*.d.ts "$web"/viewer/*.d.ts "$web"/validator/*.{html,css} "$web"/page/icon.svg "$web/package.json" \
+    "$web/README.md" LICENSE "$package"
 # One file each for page, worker and library: a module that imports modules costs a slow line one round trip more for
 # each level of them.
-esbuild --log-level=warning --bundle --minify --format=esm --target=es2022 --legal-comments=none \
-    --external:node:* --external:./node_workers.js --outdir="$package" --entry-names=[name] \
-    "$web"/viewer/{pbm-viewer,view_worker}.js "$web"/module/pbm.js "$web"/validator/{validator,validator_worker}.js
+bundle() {
+    esbuild --log-level=warning --bundle --minify --format=esm --target=es2022 --legal-comments=none \
+        --alias:pbm_wasm.js="$build/bin/pbm_wasm.js" --define:CODE_BYTES="$(stat -c %s "$package/pbm.wasm")" \
+        --outdir="$package" --entry-names=[name] "$@"
+}
+bundle "$web"/viewer/{pbm-viewer,view_worker}.js "$web"/module/pbm.js "$web"/validator/{validator,validator_worker}.js
+bundle --platform=node "$web"/module/pbm.node.js
+# What these import at run time lies in the package: bundlers of pages leave it alone. esbuild drops such comments.
+sed -i 's#\bimport(#import(/* webpackIgnore: true */ /* @vite-ignore */ #g' \
+    "$package"/{pbm,pbm.node,view_worker,validator_worker,pbm_threads,pbm_threads.worker}.js
 
 # The page that the validator's findings link to.
 python3 - docs/reference/validator-codes.md "$package/validator-codes.html" <<'PYTHON'
@@ -38,10 +46,10 @@ target.write_text(f"<!doctype html><html lang=en><meta charset=utf-8><title>Code
                   f"<table><tr>{heads}{body}</table></main>\n")
 PYTHON
 # What `pbm-render --page` copies, with the sizes of its report.
-cp "$web/page/page.html" "$package"
+cp "$web"/page/page.{html,css} "$package"
 (
     cd "$package"
-    for file in pbm-viewer.js view_worker.js pbm_wasm.js pbm.wasm pbm_threads*; do
+    for file in pbm-viewer.js view_worker.js pbm.wasm icon.svg pbm_threads*; do
         use=
         [[ $file != pbm_threads* ]] || use=" isolated"
         echo "$file $(gzip -9c "$file" | wc -c)$use"

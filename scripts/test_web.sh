@@ -19,7 +19,9 @@ cmake --build --preset web
 scripts/make_web_package.sh
 
 step "npm packages of the tests"
-npm install --prefix bindings/web --no-package-lock --no-audit --no-fund
+for folder in bindings/web bindings/web/tests/bundlers; do
+    npm install --prefix $folder --no-package-lock --no-audit --no-fund
+done
 
 failed=()
 for test in bindings/web/tests/{module,viewer,browser}.*.mjs; do

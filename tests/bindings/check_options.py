@@ -28,6 +28,8 @@ OF_NO_BINDING = {
     "output": "a program of its own writes the pixels that it gets",
     "depth-output": "depths are an array of the picture",
     "page": "the element shows a model on any page",
+    "page-lang": "the same, in the language of the page",
+    "page-url": "the same",
     "thumbnail": "a preset of other options",
     "bench": "the caller has a clock",
     "up": "the caller gives the up vector of a camera",

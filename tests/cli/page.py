@@ -21,7 +21,8 @@ work.mkdir(parents=True)
 # A viewer of two files: the one that is built needs another compiler.
 viewer = work / "viewer"
 viewer.mkdir()
-shutil.copy(source / "bindings/web/page/page.html", viewer)
+for form in ("page.html", "page.css"):
+    shutil.copy(source / "bindings/web/page" / form, viewer)
 files = {"pbm-viewer.js": (b"viewer", 40, ""), "pbm_threads.wasm": (b"threads", 2, " isolated"), "pbm.wasm": (b"wasm", 1000, "")}
 for name, (content, _, _) in files.items():
     (viewer / name).write_bytes(content)
@@ -41,23 +42,27 @@ def refused(code, message, program, *arguments, web=environment["PBM_WEB"]):
 
 
 class Page(html.parser.HTMLParser):
-    """Attributes of the elements of a page, and its title."""
+    """Attributes of the elements of a page, its title and heading, and what its metadata say."""
 
     def __init__(self, path):
         super().__init__()
-        self.elements, self.title, self.last = {}, "", ""
+        self.elements, self.texts, self.meta, self.inside = {}, {"title": "", "h1": ""}, {}, []
         self.feed(path.read_text(encoding="utf-8"))
 
     def handle_starttag(self, tag, attributes):
-        self.elements[tag], self.last = dict(attributes), tag
+        self.elements[tag] = dict(attributes)
+        if tag == "meta":
+            known = dict(attributes)
+            self.meta[known.get("name", known.get("property"))] = known.get("content")
+        self.inside.append(tag)
 
     def handle_data(self, text):
-        if self.last == "title":
-            self.title += text.strip()
+        if self.inside and self.inside[-1] in self.texts:
+            self.texts[self.inside[-1]] += text.strip()
 
 
 def target(reference):
-    return urllib.parse.unquote(reference.removeprefix("./"))
+    return urllib.parse.unquote(reference.removeprefix("./").partition("?v=")[0])
 
 
 run("pbm-sample", "--vertices", 10000, "-q", "-o", "a #1%.ply")
@@ -68,11 +73,19 @@ check("site/of a scan/a #1%.pbvg: " in printed and "site/of a scan: a page that 
 must(programs / "pbm-validate", folder / "a #1%.pbvg")
 for file, (content, _, _) in files.items():
     check((folder / "pbm-viewer" / file).read_bytes() == content, file + " is not that of the viewer")
-check((folder / "pbm-viewer/poster.jpg").read_bytes()[:3] == b"\xff\xd8\xff", "the poster is no JPEG")
+for poster in ("poster.jpg", "poster-turned.jpg"):
+    check((folder / "pbm-viewer" / poster).read_bytes()[:3] == b"\xff\xd8\xff", f"{poster} is no JPEG")
 page = Page(folder / "index.html")
 shown = page.elements["pbm-viewer"]
-check(page.title == name and shown["alt"] == name, f"the page is called {page.title}")
-check(target(shown["src"]) == "a #1%.pbvg" and target(shown["poster"]) == "pbm-viewer/poster.jpg", f"it shows {shown}")
+check(page.texts == {"title": name, "h1": name} and shown["alt"] == name, f"the page is called {page.texts}")
+check(target(shown["src"]) == "a #1%.pbvg", f"it shows {shown}")
+posters = [page.elements["img"]["src"], page.elements["source"]["srcset"]]
+check([target(poster) for poster in posters] == ["pbm-viewer/poster.jpg", "pbm-viewer/poster-turned.jpg"], f"posters: {posters}")
+check(page.elements["html"]["lang"] == "en" and "main" in page.elements, "language or main part is missing")
+check(page.meta["description"].startswith(name + ": a 3D scan") and page.meta["og:title"] == name
+      and page.meta["og:image"] == posters[0], f"metadata: {page.meta}")
+check("style" not in page.elements and not any(key == "style" or key.startswith("on") or (value or "").startswith("data:")
+      for element in page.elements.values() for key, value in element.items()), "a strict policy forbids a part of the page")
 check(target(page.elements["script"]["src"]).removeprefix("pbm-viewer/") in files, "the page loads another script")
 check("@" not in (folder / "index.html").read_text().replace("@MODEL@", ""), "a place of the page is not filled")
 check(not {"camera-orbit", "backs", "light-follows", "headlight", "colour-by"} & set(shown), "the default view is no view of its own")
@@ -90,8 +103,12 @@ check((before.st_ino, before.st_mtime_ns) == (after.st_ino, after.st_mtime_ns), 
 sizes = report["page"]
 check(sizes["viewer_gzip_bytes"] == 1040 and sizes["threaded_viewer_gzip_bytes"] == 2, f"sizes of the viewer: {sizes}")
 check(sizes["model_bytes"] == after.st_size, f"size of the model: {sizes}")
-check(sizes["poster_bytes"] == (folder / "pbm-viewer/poster.jpg").stat().st_size, f"size of the poster: {sizes}")
-check(sizes["page_bytes"] == (folder / "index.html").stat().st_size, f"size of the page: {sizes}")
+largest = max((folder / "pbm-viewer" / poster).stat().st_size for poster in ("poster.jpg", "poster-turned.jpg"))
+check(sizes["poster_bytes"] == largest, f"size of the poster: {sizes}")
+own = (folder / "index.html").stat().st_size + (folder / "pbm-viewer/page.css").stat().st_size
+check(sizes["page_bytes"] == own and not sizes["page_kept"], f"size of the page: {sizes}")
+viewed = [sizes[screen + "_model_bytes"] for screen in ("laptop", "phone", "4k")]
+check(0 < viewed[0] <= viewed[1] <= viewed[2] <= sizes["model_bytes"], f"what visits cost: {sizes}")
 shown = Page(folder / "index.html").elements["pbm-viewer"]
 check((shown["backs"], shown["light-follows"], shown["headlight"]) == ("hide", "model", "-45deg 22.5deg"),
       f"the page shows other sides or lights: {shown}")
@@ -109,6 +126,31 @@ seen = [aim[0] + radius * math.sin(phi) * math.sin(theta), aim[1] + radius * mat
 check(all(abs(a - b) < 1e-6 for a, b in zip(seen, position)), f"the orbit {shown} is at {seen}")
 check(all(abs(a - b) < 1e-6 for a, b in zip(aim, focus)), f"the orbit {shown} is about {aim}")
 check(abs(float(shown["field-of-view"].removesuffix("rad")) - math.radians(20)) < 1e-6, f"the angle is {shown}")
+
+# In German, for an address. Addresses change with what they lead to, and with nothing else.
+plain = Page(folder / "index.html")
+run("pbm-render", folder.relative_to(work) / "a #1%.pbvg", "--page", folder.relative_to(work), "--page-lang=de", "-q",
+    "--page-url=https://museum.example/lion")
+german = Page(folder / "index.html")
+check(german.elements["html"]["lang"] == "de" and ": ein 3D-Scan" in german.meta["description"], f"{german.meta}")
+image = german.elements["img"]["src"]
+check(german.meta["og:image"] == "https://museum.example/lion/" + image.removeprefix("./"), f"{german.meta}")
+check(german.elements["pbm-viewer"]["src"] == plain.elements["pbm-viewer"]["src"], "the address of the same model is another")
+check(image != plain.elements["img"]["src"], "another poster has the same address")
+refused(1, "'e n' is no code of a language", "pbm-render", "site/of a scan/a #1%.pbvg", "--page", "site/of a scan", "--page-lang", "e n")
+
+# A page that somebody edited stays, and what it shows is made anew; one that nobody edited is replaced.
+index = folder / "index.html"
+written = index.read_text(encoding="utf-8")
+index.write_text(written.replace("<h1>", "<h1>My "), encoding="utf-8")
+edited = index.read_bytes()
+(folder / "pbm-viewer/poster.jpg").unlink()
+printed = run("pbm-render", folder.relative_to(work) / "a #1%.pbvg", "--page", folder.relative_to(work))
+check("index.html: somebody edited it" in printed and "remove it" in printed, "it says " + printed)
+check(index.read_bytes() == edited and (folder / "pbm-viewer/poster.jpg").exists(), "an edited page was replaced")
+index.unlink()
+printed = run("pbm-render", folder.relative_to(work) / "a #1%.pbvg", "--page", folder.relative_to(work))
+check("edited" not in printed and "on a phone (1170x2532)" in printed and index.exists(), "it says " + printed)
 
 # What cannot be: nothing is written, and the model stays.
 refused(2, "the viewer for web pages is not there", "pbm-render", "site/of a scan/a #1%.pbvg", "--page", "none", web="/nowhere")

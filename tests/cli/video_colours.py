@@ -140,6 +140,7 @@ check(decoded("frame_2.bmp") == wanted_frame(work / "frame_2.png", size), "BMP f
 viewer = work / "viewer"
 viewer.mkdir()
 shutil.copy(source / "bindings/web/page/page.html", viewer)
+shutil.copy(source / "bindings/web/page/page.css", viewer)
 (viewer / "pbm-viewer.js").write_text("viewer")
 (viewer / "page_files.txt").write_text("pbm-viewer.js 40\n")
 render("-q", *view, "--quality=fast", "-o", "still.png", "--page", "page", env={**os.environ, "PBM_WEB": str(viewer)})

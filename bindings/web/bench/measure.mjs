@@ -26,7 +26,7 @@ if (file === undefined) {
     process.exit(1);
 }
 const bytes = new Uint8Array(readFileSync(file));
-const { loadPbm } = await import(pathToFileURL(path.join(PACKAGE, "pbm.js")).href);
+const { loadPbm } = await import(pathToFileURL(path.join(PACKAGE, "pbm.node.js")).href);
 
 // Milliseconds of processor time of this process: other programs do not count.
 function processorTime() {

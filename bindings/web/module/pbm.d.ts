@@ -207,16 +207,22 @@ export interface Pbm {
 }
 
 /**
- * Loads the library: pbm_wasm.js and pbm.wasm, or with threads pbm_threads.js, pbm_threads.worker.js and
- * pbm_threads.wasm.
+ * Loads the library: pbm.wasm, or with threads pbm_threads.js, pbm_threads.worker.js and pbm_threads.wasm. What the network
+ * or an overloaded server is to blame for is tried again.
  *
  * @param options.threads 'auto': as many as processors, at most 16, where the page is cross-origin isolated, and in node;
  *     0 or 1: none; n: as many. Where there is no shared memory: none. Default: 'auto'.
  *     The first model of a Pbm that is drawn has them; a further one beside it is drawn by one thread.
  * @param options.base folder of these files. Default: that of pbm.js.
+ * @param options.files addresses of files that lie elsewhere, by name; in place of a .wasm file also what it compiles to.
  * @throws PbmError IO if a file is not there
  */
-export function loadPbm(options?: { threads?: "auto" | number; base?: URL | string }): Promise<Pbm>;
+export function loadPbm(options?: Places & { threads?: "auto" | number }): Promise<Pbm>;
+
+export interface Places {
+    base?: URL | string;
+    files?: Record<string, URL | string | WebAssembly.Module | Promise<WebAssembly.Module>>;
+}
 
 export interface Finding {
     /** Only errors make a file invalid. */
@@ -260,4 +266,4 @@ export interface Validator {
 }
 
 /** Loads pbm_validator.js and pbm_validator.wasm. Options and errors as of loadPbm. */
-export function loadValidator(options?: { base?: URL | string }): Promise<Validator>;
+export function loadValidator(options?: Places): Promise<Validator>;

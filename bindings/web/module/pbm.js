@@ -1,6 +1,8 @@
 // PBM for JavaScript: opens, draws and validates binary voxel grids (.pbvg) in web pages, workers and node. pbm.d.ts
 // documents it.
+import createPbm from "pbm_wasm.js"; // what the linker made beside pbm.wasm; make_web_package.sh says where it is
 import { CODES, PbmError, usage } from "./errors.js";
+import { platform, threadsOf } from "./platform.js";
 import { CAMERA, ERROR, FINDING, INFO, Memory, OPTIONS, PICTURE, VALIDATION } from "./structures.js";
 
 export { CODES, PbmError };
@@ -35,62 +37,73 @@ const LEVELS = { full: 0, quick: 1, deep: 2 };
 const SEVERITIES = ["info", "warning", "error"];
 const NO_OFFSET = 2 ** 64; // UINT64_MAX as a number
 const DEFAULT_MAX_MEMORY = 256 * 2 ** 20;
-const MAX_THREADS = 16;
 const LARGEST_EDGE = 32768; // pixels of a picture
-const IS_NODE = typeof process === "object" && process.versions?.node !== undefined;
+
+// Literal addresses, by which bundlers find the files.
+const FILES = {
+    "pbm.wasm": new URL("./pbm.wasm", import.meta.url),
+    "pbm_threads.js": new URL("./pbm_threads.js", import.meta.url),
+    "pbm_threads.wasm": new URL("./pbm_threads.wasm", import.meta.url),
+    "pbm_threads.worker.js": new URL("./pbm_threads.worker.js", import.meta.url),
+    "pbm_validator.js": new URL("./pbm_validator.js", import.meta.url),
+    "pbm_validator.wasm": new URL("./pbm_validator.wasm", import.meta.url),
+};
 
 function oneOf(names, value, what) {
     if (!Object.hasOwn(names, value)) throw usage(`${what} is ${value}, not ${Object.keys(names).join(", ")}`);
     return names[value];
 }
 
-async function compile(url) {
-    if (IS_NODE && url.protocol === "file:")
-        return WebAssembly.compile(await (await import("node:fs/promises")).readFile(url));
-    const response = await fetch(url);
-    if (!response.ok) throw new Error(`HTTP ${response.status} for ${url}`);
-    // Hosts that do not know the media type application/wasm send it as bytes.
-    if (response.headers.get("content-type") === "application/wasm") return WebAssembly.compileStreaming(response);
-    return WebAssembly.compile(await response.arrayBuffer());
-}
-
-// In node emscripten takes this thread for one of a page, which must not wait.
-function warn(text) {
-    if (!IS_NODE || !text.startsWith("Blocking on the main thread")) console.warn(text);
-}
-
-async function fetchModule(script, wasm, base) {
+// Addresses of all files: those in `base`, if there is one, but for those that `files` names.
+function filesOf({ base, files = {} }) {
     try {
-        return await Promise.all([import(new URL(script, base).href), compile(new URL(wasm, base))]);
-    } catch (error) {
-        const message = `${script} and ${wasm} cannot be loaded from ${base}: ${error.message}`;
-        throw new PbmError({ code: CODES.IO, message });
+        const own = base ? Object.fromEntries(Object.keys(FILES).map((name) => [name, new URL(name, base)])) : FILES;
+        return { ...own, ...files };
+    } catch {
+        throw new PbmError({ code: CODES.IO, message: `base is ${base}, which is no address of a folder` });
     }
 }
 
-/** Instantiates a module of emscripten. `callbacks`: what callbacks.js calls. */
-async function instantiate(script, wasm, base, callbacks) {
-    const [{ default: create }, compiled] = await fetchModule(script, wasm, base);
+async function compiled(name, files) {
+    const file = await files[name];
+    try {
+        return file instanceof WebAssembly.Module ? file : await platform.compile(file);
+    } catch (error) {
+        throw new PbmError({ code: CODES.IO, message: `${name} cannot be loaded: ${error.message}` });
+    }
+}
+
+/** Instantiates a module of emscripten. `create`: of its script. `callbacks`: what callbacks.js calls. */
+async function instantiate(create, name, files, callbacks) {
+    const module = await compiled(`${name}.wasm`, files);
     let memory;
     return new Promise((resolve, reject) => {
         create({
             ...callbacks,
-            locateFile: (name) => new URL(name, base).href,
-            printErr: warn,
-            mainScriptUrlOrBlob: new URL(script, base).href, // for the workers of threads
+            locateFile: (file) => String(files[file]),
+            printErr: platform.warn,
+            mainScriptUrlOrBlob: String(files[`${name}.js`]), // for the workers of threads
             instantiateWasm(imports, done) {
-                WebAssembly.instantiate(compiled, imports).then((instance) => {
+                WebAssembly.instantiate(module, imports).then((instance) => {
                     // Imported if threads share it, else exported; emscripten shortens the names.
                     memory = [
                         ...Object.values(imports).flatMap(Object.values),
                         ...Object.values(instance.exports),
                     ].find((value) => value instanceof WebAssembly.Memory);
-                    done(instance, compiled);
+                    done(instance, module);
                 }, reject);
                 return {};
             },
-        }).then((module) => resolve({ module, memory: new Memory(memory, module._malloc) }), reject);
+        }).then((created) => resolve({ module: created, memory: new Memory(memory, created._malloc) }), reject);
     });
+}
+
+async function imported(name, files) {
+    try {
+        return (await import(String(files[name]))).default;
+    } catch (error) {
+        throw new PbmError({ code: CODES.IO, message: `${name} cannot be loaded: ${error.message}` });
+    }
 }
 
 /** Calls of one module, with memory for their arguments that stays where it is. */
@@ -261,11 +274,11 @@ class Pbm {
         this.threads = threads;
     }
 
-    async load(base) {
-        const name = this.threads > 1 ? "pbm_threads" : "pbm_wasm",
-            wasm = this.threads > 1 ? "pbm_threads" : "pbm";
+    async load(files) {
+        const name = this.threads > 1 ? "pbm_threads" : "pbm";
+        const create = this.threads > 1 ? await imported("pbm_threads.js", files) : createPbm;
         this.calls = new Calls(
-            await instantiate(`${name}.js`, `${wasm}.wasm`, base, {
+            await instantiate(create, name, files, {
                 workers: this.threads - 1,
                 pbmRead: (context, offset, size, to) => this.#read(context, Number(offset), Number(size), to),
             }),
@@ -333,27 +346,19 @@ class Pbm {
     }
 }
 
-function threadsOf(asked) {
-    if (asked !== "auto" && !(Number.isInteger(asked) && asked >= 0))
-        throw usage(`threads is ${asked}, not 'auto', 0 or a number`);
-    const isPossible = typeof SharedArrayBuffer === "function" && (IS_NODE || globalThis.crossOriginIsolated === true);
-    if (!isPossible) return 1;
-    const processors = globalThis.navigator?.hardwareConcurrency ?? 1;
-    return Math.max(1, Math.min(MAX_THREADS, asked === "auto" ? processors : asked));
-}
-
 /** Loads the library: see pbm.d.ts. */
-export async function loadPbm({ threads = "auto", base = new URL(".", import.meta.url) } = {}) {
+export async function loadPbm({ threads = "auto", ...places } = {}) {
     const count = threadsOf(threads);
-    if (count > 1 && IS_NODE) await (await import("./node_workers.js")).provideWorkers();
-    return new Pbm(count).load(base);
+    if (count > 1) await platform.prepareThreads();
+    return new Pbm(count).load(filesOf(places));
 }
 
 /** Loads the validator: see pbm.d.ts. */
-export async function loadValidator({ base = new URL(".", import.meta.url) } = {}) {
+export async function loadValidator(places = {}) {
     let findings = [];
+    const files = filesOf(places);
     const calls = new Calls(
-        await instantiate("pbm_validator.js", "pbm_validator.wasm", base, {
+        await instantiate(await imported("pbm_validator.js", files), "pbm_validator", files, {
             pbmReport(context, address) {
                 const finding = memory.read(FINDING, address);
                 findings.push({ ...finding, severity: SEVERITIES[finding.severity] });

@@ -325,7 +325,7 @@ describe("the page", () => {
             ]);
             const names = await page.evaluate(() => {
                 const texts =
-                    "alt poster quality backs cameraOrbit cameraTarget fieldOfView background lightFollows headlight colourBy dropClass showClass loading reveal touchAction";
+                    "alt poster quality backs cameraOrbit cameraTarget fieldOfView background shading lightFollows headlight colourBy dropClass showClass loading reveal touchAction interactionPrompt";
                 const given = {
                     ...Object.fromEntries(texts.split(" ").map((name) => [name, "auto"])),
                     background: "#333",
@@ -343,7 +343,7 @@ describe("the page", () => {
             });
             const others = ["auto-rotate", "disable-zoom", "id", "max-memory", "no-legend", "src"];
             const texts = ["alt", "background", "backs", "camera-orbit", "camera-target", "field-of-view", "light-follows"];
-            const words = ["headlight", "colour-by", "drop-class", "show-class", "loading", "poster", "quality", "reveal", "touch-action"];
+            const words = ["shading", "headlight", "colour-by", "drop-class", "show-class", "loading", "poster", "quality", "reveal", "touch-action", "interaction-prompt"];
             assert.deepEqual(names.wrong, []);
             assert.deepEqual(names.names.sort(), [...others, ...texts, ...words].sort());
             assert.deepEqual(names.left.sort(), others);

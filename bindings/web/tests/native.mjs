@@ -13,7 +13,7 @@ const BIN = process.env.PBM_PROGRAMS ?? path.join(SOURCE, "build/release/bin");
 const PACKAGE = process.env.PBM_WEB_PACKAGE ?? path.join(SOURCE, "build/web/package");
 
 export const { loadPbm, loadValidator, CODES, ATTRIBUTES, PbmError } = await import(
-    pathToFileURL(path.join(PACKAGE, "pbm.js")).href
+    pathToFileURL(path.join(PACKAGE, "pbm.node.js")).href
 );
 
 /** Paths of the models in a folder of format_spec. */

@@ -17,6 +17,10 @@
 //   rate=N          bytes a second;  delay=MS  before an answer
 //   stall=N         answers wait after N bytes while `stalled`
 //   status=N        answers with this status
+//   type=TEXT       states this media type
+//   closed=1        no other site may read the answer
+//
+// `server.faults`: Map from a path to statuses that answer the next requests for it; 0: an answer never comes.
 import { createServer } from "node:http";
 import { readFileSync, statSync } from "node:fs";
 import { extname, join, normalize } from "node:path";
@@ -30,13 +34,16 @@ const TYPES = {
     ".wasm": "application/wasm",
     ".css": "text/css",
     ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".svg": "image/svg+xml",
     ".pbvg": "model/vnd.pbm.pbvg",
 };
 
 // `isolated`: with the headers that allow threads. The result has `url`, `log` ([{path, range, status, sent}]), `down`
-// (true: every connection is broken), `stalled` (true: answers with stall=N wait) and close().
+// (true: every connection is broken), `stalled` (true: answers with stall=N wait), `policy` (Content-Security-Policy of all
+// answers), `rate` (bytes a second of answers that ask for no other) and close().
 export async function startServer(folders, { isolated = false } = {}) {
-    const server = { log: [], down: false, stalled: false, isolated };
+    const server = { log: [], down: false, stalled: false, isolated, policy: null, rate: 0, faults: new Map() };
     const contents = new Map(); // of files, by name
     const dropped = new Set();
     const sockets = new Set();
@@ -47,7 +54,9 @@ export async function startServer(folders, { isolated = false } = {}) {
         const entry = { path: pathname, range: request.headers.range ?? null, status: 404, sent: 0 };
         server.log.push(entry);
         if (searchParams.has("delay")) await sleep(+searchParams.get("delay"));
-        const status = +(searchParams.get("status") ?? 0);
+        const fault = server.faults.get(pathname)?.shift();
+        if (fault === 0) return;
+        const status = fault ?? +(searchParams.get("status") ?? 0);
         if (!file || status) return finish(response, entry, status || 404, {}, Buffer.alloc(0));
         const { mtimeMs } = statSync(file);
         if (contents.get(file)?.mtimeMs !== mtimeMs) contents.set(file, { mtimeMs, bytes: readFileSync(file) });
@@ -66,6 +75,9 @@ export async function startServer(folders, { isolated = false } = {}) {
             ETag: `"${searchParams.get("mode") === "changing" ? server.log.length : 1}"`,
             ...answer.headers,
         };
+        if (searchParams.has("type")) headers["Content-Type"] = searchParams.get("type");
+        if (searchParams.has("closed")) delete headers["Access-Control-Allow-Origin"];
+        if (server.policy) headers["Content-Security-Policy"] = server.policy;
         if (searchParams.get("hidden")) for (const name of ["Content-Range", "ETag"]) delete headers[name];
         if (server.isolated)
             Object.assign(headers, {
@@ -77,7 +89,7 @@ export async function startServer(folders, { isolated = false } = {}) {
         if (drop !== null) dropped.add(pathname + search);
         await finish(response, entry, answer.status, headers, answer.body, {
             drop,
-            rate: +searchParams.get("rate"),
+            rate: +(searchParams.get("rate") ?? server.rate),
             stall: +(searchParams.get("stall") ?? Infinity),
         });
     });

@@ -6,6 +6,8 @@ const same: PbmViewer = viewer;
 viewer.addEventListener("progress", ({ detail }) => console.log(detail.totalProgress * 100));
 viewer.addEventListener("error", (event) => console.log(event.detail.name, event.detail.offset ?? 0));
 viewer.addEventListener("click", () => viewer.resetCamera());
+viewer.addEventListener("keydown", (event) => event.shiftKey && event.key.toUpperCase());
+viewer.interactionPrompt = "auto";
 viewer.setCamera({ orbit: "30deg auto 105%", target: viewer.getCameraTarget(), fieldOfView: 30 }, { smooth: false });
 const { theta } = same.getCameraOrbit();
 viewer.toBlob({ mimeType: "image/jpeg", qualityArgument: theta }).then((blob) => blob && viewer.open(blob));

@@ -4,7 +4,9 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
-import { FIRST_BYTES, openBlob, openUrl } from "../viewer/byte_sources.js";
+import { fileName } from "../viewer/addresses.js";
+import { FIRST_BYTES, ForwardedAnswer, forwardAnswer } from "../viewer/answers.js";
+import { openBlob, openUrl } from "../viewer/byte_sources.js";
 import { ByteStore } from "../viewer/byte_store.js";
 import { joined, plan, without } from "../viewer/ranges.js";
 import { package_ } from "./browser.mjs";
@@ -309,11 +311,10 @@ describe("sources", () => {
         const { source } = await follow("/empty", (source) => source.size !== null);
         assert.equal(source.size, 0);
     });
-    test("a connection that breaks is continued where it broke, with ranges", async () => {
+    test("a connection that breaks once is continued where it broke, and nobody hears of it", async () => {
         const result = await follow("/file?drop=20000", wantAll);
         assertWhole(result);
-        assert.equal(result.waits.length, 2);
-        assert.equal(result.waits[1], null);
+        assert.deepEqual(result.waits, []);
         assert.equal(sent(), SIZE);
     });
     test("a connection that breaks is continued without ranges", async () => {
@@ -329,16 +330,46 @@ describe("sources", () => {
         assertWhole(result);
         assert.equal(result.waits.at(-1), null);
     });
-    test("a server that stops in the middle is told, and waited for", async () => {
-        server.stalled = true;
-        const result = await follow("/file?mode=plain&stall=65536", (source, store, { waits }) => {
-            if (waits.length === 1) server.stalled = false;
-            return source.size !== null;
+    for (const mode of ["ranges", "plain"]) {
+        test(`a connection that hangs is told, given up, and what is missing asked for again (${mode})`, async () => {
+            server.stalled = true;
+            const open = (...given) => openUrl(...given, { patience: 300 });
+            const goOn = (source, store, { waits }) => {
+                if (waits.length > 0) server.stalled = false;
+                return mode === "plain" ? source.size !== null : wantAll(source, store);
+            };
+            const result = await follow(`/file?mode=${mode}&stall=40000`, goOn, { open });
+            assertWhole(result);
+            assert.match(result.waits[0].message, /does not answer for file\./);
+            assert.equal(result.waits.at(-1), null);
+            assert.equal(server.log[1].range, mode === "plain" ? "bytes=65536-" : `bytes=65536-${SIZE - 1}`);
         });
-        assertWhole(result);
-        assert.match(result.waits[0].message, /does not answer/);
-        assert.deepEqual(result.waits.slice(1), [null]);
-        assert.equal(server.log.length, 1);
+    }
+    test("the first answer may come from elsewhere, and nothing is asked for twice", async () => {
+        const open = (url, store, listener) => {
+            const answer = new ForwardedAnswer(() => {});
+            forwardAnswer(url, FIRST_BYTES, ({ type, ...message }) => answer[type](message), new AbortController().signal);
+            return openUrl(url, store, listener, { first: answer.response });
+        };
+        for (const query of ["", "?mode=plain", "?hidden=1", "?drop=20000"]) {
+            const goOn = query === "?mode=plain" ? (source) => source.size !== null : wantAll;
+            assertWhole(await follow(`/file${query}`, goOn, { open }));
+            assert.equal(sent(), SIZE, query);
+            assert.equal(server.log[0].range, `bytes=0-${FIRST_BYTES - 1}`);
+        }
+        const { failures } = await follow("/nothing", (source, store, { failures }) => failures.length > 0, { open });
+        assert.equal(failures[0].message, "The server answered 404 Not Found for nothing.");
+    });
+    test("messages name a file, and no token of its address", () => {
+        const names = {
+            "https://user:word@host.org/a/b/lion%20one.pbvg?token=secret#x": "lion one.pbvg",
+            "https://host.org/?token=secret": "host.org",
+            "data:application/octet-stream;base64,AAAA": "data:...",
+            "lion.pbvg?token=secret": "lion.pbvg",
+            "http://[?token=secret": "http://[",
+        };
+        for (const [url, name] of Object.entries(names)) assert.equal(fileName(url), name);
+        assert.equal(fileName(`https://host.org/${"long".repeat(50)}`).length, 60);
     });
     test("an address that no network leads to is an error at once", async () => {
         const url = URL.createObjectURL(new Blob([FILE]));

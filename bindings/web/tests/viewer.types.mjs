@@ -23,7 +23,7 @@ test("every public member is declared, and every declared member is there", () =
             .map((match) => match[1])
             .filter(
                 (name) =>
-                    !/^(constructor|connectedCallback|disconnectedCallback|attributeChangedCallback|addEventListener)$/.test(
+                    !/^(constructor|connectedCallback|disconnectedCallback|attributeChangedCallback|addEventListener|removeEventListener)$/.test(
                         name,
                     ),
             );

@@ -4,6 +4,7 @@ import { describe, test } from "node:test";
 import { creditsOf, linked } from "../viewer/credit.js";
 import { colouringOf, headlightOf } from "../viewer/look.js";
 import { Motion } from "../viewer/motion.js";
+import { TEXTS } from "../viewer/texts.js";
 import * as orbits from "../viewer/orbit.js";
 
 const infoOf = (up, unit = "m") => ({ up, unit, lowest: [-1, -1, -1], highest: [1, 1, 1], voxelSize: 1e-4 });
@@ -204,7 +205,9 @@ describe("motion", () => {
         near([Math.tan(Math.asin((4 * Math.sin(0.25)) / motion.orbit.radius))], [Math.tan(0.25) / 2]);
     });
     test("descriptions", () => {
-        const of = (theta, phi) => orbits.describe({ theta: (theta * Math.PI) / 180, phi: (phi * Math.PI) / 180 });
+        const of = (theta, phi, { places } = TEXTS.en) =>
+            orbits.describe({ theta: (theta * Math.PI) / 180, phi: (phi * Math.PI) / 180 }, places);
+        assert.deepEqual([of(50, 45, TEXTS.de), of(180, 178, TEXTS.de)], ["vorn rechts oben", "unten"]);
         assert.deepEqual(
             [of(0, 90), of(50, 45), of(-90, 120), of(180, 90), of(720, 5), of(3, 178)],
             ["front", "upper front right", "lower left", "back", "top", "bottom"],

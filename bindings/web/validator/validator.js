@@ -1,4 +1,5 @@
 // The page of the validator: takes a file, has a worker examine it, and shows what was found.
+import { trusted } from "../viewer/addresses.js";
 
 const MOST_FINDINGS = 1000;
 const LARGEST = 1.5e9; // bytes of a file: it is examined in memory
@@ -17,19 +18,31 @@ const number = (value) => Number(value).toLocaleString("en");
 const count = (value, what) => `${number(value)} ${what}${Number(value) === 1 ? "" : "s"}`;
 
 let worker = null;
+let examined = null; // the file that was chosen last
 
-function examine(chosen) {
+// A worker that keeps to a policy: that which the server sends with its file, or else that of this page, which a worker made
+// of a Blob inherits. Policies of servers seldom allow the latter.
+async function newWorker() {
+    const file = new URL("./validator_worker.js", import.meta.url);
+    const { headers } = await fetch(file, { method: "HEAD" });
+    if (headers.has("content-security-policy")) return new Worker(trusted(file), { type: "module" });
+    const text = `import ${JSON.stringify(file.href)};`;
+    const address = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+    return new Worker(trusted(address), { type: "module" });
+}
+
+async function examine(chosen) {
     worker?.terminate();
+    examined = chosen;
     result.hidden = true;
     if (chosen.size > LARGEST) {
         state.textContent = `${chosen.name} has more bytes than this page can examine: run pbm-validate.`;
         return;
     }
     state.textContent = `${chosen.name} is being examined.`;
-    // A worker made of a Blob inherits the page's Content-Security-Policy, one of a file does not.
-    const code = `import ${JSON.stringify(new URL("./validator_worker.js", import.meta.url).href)};`;
-    const url = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
-    worker = new Worker(url, { type: "module" });
+    const fresh = await newWorker();
+    if (chosen !== examined) return fresh.terminate(); // another file was chosen meanwhile
+    worker = fresh;
     worker.onmessage = ({ data }) => {
         if (data === "ready") worker.postMessage({ file: chosen, level: "deep", maxFindings: MOST_FINDINGS });
         else show(chosen, data);

@@ -4,7 +4,7 @@ import { loadValidator } from "../module/pbm.js";
 self.onmessage = async ({ data: { file, ...options } }) => {
     try {
         const [validator, bytes] = await Promise.all([
-            loadValidator({ base: new URL("./", import.meta.url) }),
+            loadValidator(),
             file.arrayBuffer(),
         ]);
         self.postMessage({ report: validator.validate(new Uint8Array(bytes), options) });

@@ -14,29 +14,47 @@
 //   arrived()                   there are new bytes, or the size is known
 //   failed(error)               a SourceError; no further bytes will come
 //   waiting(error, times)       the network failed this many times in a row, and the source tries again; 0 times: the
-//                               server does not answer, and the source waits; null: it is back
+//                               server does not answer, and the source waits; null: it is back. A first failure that
+//                               the next attempt mends is not told
 import { CODES } from "../module/errors.js";
+import { isPassing } from "../module/wasm_file.js";
+import { fileName, isAnswered, isElsewhere, isMixed } from "./addresses.js";
+import { FIRST_BYTES } from "./answers.js";
 import { plan } from "./ranges.js";
+import { textOf } from "./texts.js";
 
-// The first request: header, small sections and the coarse levels of most models.
-export const FIRST_BYTES = 64 * 1024;
 const PARALLEL = 3;
 const FIRST_DELAY = 500; // ms before the first repetition; doubled each time
 const LONGEST_DELAY = 15000;
 // Failures in a row before the first answer, from which on each repetition tries without Range, too: browsers refuse
 // a server that compresses what it answers to a range.
 const RANGES_TRIED = 2;
-const PATIENCE = 10000; // ms without a byte, until the listener hears of it
+const FAILURES_TOLD = 2; // in a row, before the listener hears of them
+const PATIENCE = 10000; // ms without a byte, until the listener hears of it and the connection is given up; see #patience
+const LONGEST_PATIENCE = 80000;
 
+// `key` and `values`: of a text of texts.js.
 export class SourceError extends Error {
-    constructor(name, message, code = CODES.IO) {
-        super(message);
-        Object.assign(this, { name, code, offset: null });
+    constructor(name, key, values = {}, code = CODES.IO) {
+        super(textOf("en", key, values));
+        Object.assign(this, { name, code, offset: null, key, values });
     }
 }
 
 function changed() {
-    return new SourceError("server.changed", "The file changed on the server: load the page again.");
+    return new SourceError("server.changed", "changed");
+}
+
+const NO_ANSWER = "no answer";
+
+// Rejects when the signal aborts, with its reason.
+function aborted(signal) {
+    const promise = new Promise((_, reject) => {
+        if (signal.aborted) reject(signal.reason);
+        signal.addEventListener("abort", () => reject(signal.reason), { once: true });
+    });
+    promise.catch(() => {}); // nobody may be waiting
+    return promise;
 }
 
 // The server breaks the rules of range requests (RFC 9110, section 14).
@@ -51,8 +69,12 @@ function contentRange(response) {
     return { from: +parts[1], to: +parts[2] + 1, size: parts[3] === "*" ? null : +parts[3] };
 }
 
-export function openUrl(url, store, listener) {
-    return new UrlSource(url, store, listener);
+// `options`
+//   first      promise of the answer to the first request, if somebody else has made it already
+//   patience   in place of PATIENCE
+//   violation  () => the directive of the Content-Security-Policy that this address broke, or null
+export function openUrl(url, store, listener, options = {}) {
+    return new UrlSource(url, store, listener, options);
 }
 
 class UrlSource {
@@ -69,14 +91,19 @@ class UrlSource {
     #closed = new AbortController();
     #failures = 0; // in a row
     #withoutRange = false; // the next request
-    #stall = null; // timer of the next notice that no byte comes
+    #first; // answer to the first request, until it is used
+    #patience; // ms; twice as long after each connection that was given up: a slow server may need it
+    #violation;
     #stalled = false;
     #pause = null; // promise while waiting for the network
 
-    constructor(url, store, listener) {
+    constructor(url, store, listener, { first = null, patience = PATIENCE, violation = () => null }) {
         this.#url = url;
         this.#store = store;
         this.#listener = listener;
+        this.#first = first;
+        this.#patience = patience;
+        this.#violation = violation;
         this.#start([0, FIRST_BYTES]);
     }
 
@@ -92,7 +119,6 @@ class UrlSource {
         this.#closed.abort();
         this.#queue = [];
         for (const request of this.#running) request.abort.abort();
-        clearTimeout(this.#stall);
     }
 
     #next() {
@@ -110,19 +136,26 @@ class UrlSource {
             else this.#fail(error);
         } finally {
             this.#running.delete(request);
-            if (this.#running.size === 0) clearTimeout(this.#stall);
             this.#next();
         }
     }
 
-    // Bytes are expected from now on.
-    #expect() {
-        clearTimeout(this.#stall);
-        this.#stall = setTimeout(() => {
-            this.#stalled = true;
-            const text = `The server does not answer for ${this.#url}. The viewer waits for it.`;
-            this.#listener.waiting(new SourceError("network", text), 0);
-        }, PATIENCE);
+    // Watches a connection on which bytes are expected: gives it up when none come. expect() starts anew.
+    #watch(connection) {
+        let timer;
+        const stop = () => clearTimeout(timer);
+        const expect = () => {
+            stop();
+            timer = setTimeout(() => {
+                this.#stalled = true;
+                this.#patience = Math.min(this.#patience * 2, LONGEST_PATIENCE);
+                this.#listener.waiting(new SourceError("network", "silent", { name: fileName(this.#url) }), 0);
+                connection.abort(new Error(NO_ANSWER));
+            }, this.#patience);
+        };
+        connection.signal.addEventListener("abort", stop);
+        expect();
+        return { expect, stop };
     }
 
     // Until all bytes are here. Only what the network is to blame for is repeated.
@@ -135,9 +168,8 @@ class UrlSource {
             } catch (error) {
                 if (request.abort.signal.aborted) return;
                 if (error instanceof RangeLie || error instanceof SourceError) throw error;
-                // There is no network to wait for.
-                if (!/^https?:/.test(this.#url))
-                    throw new SourceError("address", `${this.#url} cannot be read (${error.message}).`);
+                await this.#throwIfHopeless(error);
+                if (request.abort.signal.aborted) return;
                 this.#withoutRange =
                     !this.#withoutRange && this.figures.bytes === 0 && this.#failures >= RANGES_TRIED;
                 if (!this.#withoutRange) this.#wait(error);
@@ -145,34 +177,64 @@ class UrlSource {
         }
     }
 
+    // Throws a SourceError if no repetition can help.
+    async #throwIfHopeless({ message: reason }) {
+        const name = fileName(this.#url);
+        const origin = globalThis.origin ?? "null";
+        if (!/^https?:/.test(this.#url)) throw new SourceError("address", "unreadable", { name, reason });
+        if (isMixed(this.#url, origin)) throw new SourceError("address", "mixed", { name });
+        const directive = this.#violation();
+        if (directive) throw new SourceError("policy", "forbidden", { name, directive });
+        // Browsers do not tell a missing permission from a missing network.
+        const isUnread = this.figures.bytes === 0 && this.#failures >= RANGES_TRIED && isElsewhere(this.#url, origin);
+        if (isUnread && reason !== NO_ANSWER && (await isAnswered(this.#url)))
+            throw new SourceError("server.foreign", "foreign", { name });
+    }
+
     async #fetch(request) {
         const asked = { from: request.at, to: request.to };
         const whole = (this.#streamed || this.#withoutRange) && asked.from === 0;
-        this.#expect();
+        const connection = new AbortController();
+        const end = () => connection.abort();
+        request.abort.signal.addEventListener("abort", end);
+        const watch = this.#watch(connection);
         this.figures.requests += 1;
-        const response = await fetch(this.#url, {
-            headers: whole ? {} : { Range: `bytes=${asked.from}-${Number.isFinite(asked.to) ? asked.to - 1 : ""}` },
-            signal: request.abort.signal,
-        });
-        this.#checkStatus(response);
-        this.#checkVersion(response);
-        if (response.status === 206) return this.#takeRange(request, response, asked);
-        if (!this.#streamed && this.size !== null)
-            throw new RangeLie("it answered some ranges, and then the whole file");
-        this.#streamed = true;
-        this.#queue = [];
-        request.to = Infinity;
-        await this.#takeBody(request, response, 0);
-        this.#setEnd(request);
+        try {
+            const response = await (this.#takeFirst(connection.signal) ??
+                fetch(this.#url, {
+                    headers: whole ? {} : { Range: `bytes=${asked.from}-${Number.isFinite(asked.to) ? asked.to - 1 : ""}` },
+                    signal: connection.signal,
+                }));
+            this.#checkStatus(response);
+            this.#checkVersion(response);
+            const body = { response, watch, signal: connection.signal };
+            if (response.status === 206) return await this.#takeRange(request, body, asked);
+            if (!this.#streamed && this.size !== null)
+                throw new RangeLie("it answered some ranges, and then the whole file");
+            this.#streamed = true;
+            this.#queue = [];
+            request.to = Infinity;
+            await this.#takeBody(request, body, 0);
+            this.#setEnd(request);
+        } finally {
+            watch.stop();
+            request.abort.signal.removeEventListener("abort", end);
+        }
     }
 
-    #checkStatus(response) {
-        const { status, statusText } = response;
+    // The answer that was asked for before, once; null if there is none. Rejects when the signal aborts.
+    #takeFirst(signal) {
+        const first = this.#first;
+        this.#first = null;
+        return first && Promise.race([first, aborted(signal)]);
+    }
+
+    #checkStatus({ status, statusText }) {
         if (status === 200 || status === 206) return;
         if (status === 416) throw new RangeLie("it answered 416 to a range inside the file");
-        const text = `The server answered ${status} ${statusText} for ${this.#url}.`;
-        if (status >= 500 || status === 429 || status === 408) throw new Error(text);
-        throw new SourceError("server.status", text);
+        const answer = `${status} ${statusText}`.trim();
+        if (isPassing(status)) throw new Error(`HTTP ${answer}`);
+        throw new SourceError("server.status", "status", { status: answer, name: fileName(this.#url) });
     }
 
     #checkVersion(response) {
@@ -181,8 +243,8 @@ class UrlSource {
         this.#version ??= version;
     }
 
-    async #takeRange(request, response, asked) {
-        const range = contentRange(response);
+    async #takeRange(request, body, asked) {
+        const range = contentRange(body.response);
         let end = asked.to;
         if (range) {
             end = Math.min(asked.to, range.size ?? asked.to);
@@ -196,7 +258,7 @@ class UrlSource {
             request.to = end;
             end = range.to;
         }
-        await this.#takeBody(request, response, asked.from, end);
+        await this.#takeBody(request, body, asked.from, end);
         if (request.at === asked.from) throw new Error("The server sent no bytes.");
         if (range) return;
         // CORS hides Content-Range. An answer that ends early ends with the file.
@@ -211,23 +273,20 @@ class UrlSource {
     }
 
     // Puts the bytes of an answer that begin at `offset` into the store, and no byte from `end` on.
-    async #takeBody(request, response, offset, end = Infinity) {
+    async #takeBody(request, { response, watch, signal }, offset, end = Infinity) {
         const reader = response.body.getReader();
+        const gone = aborted(signal);
+        gone.catch(() => reader.cancel().catch(() => {}));
         for (let at = offset; ;) {
-            const { done, value } = await reader.read();
+            const { done, value } = await Promise.race([reader.read(), gone]);
             if (done) return;
-            this.#expect();
+            watch.expect();
             this.#recover();
             this.figures.bytes += value.length;
             if (at + value.length > end)
                 throw new RangeLie(`it sent more than the ${end - offset} bytes that it announced`);
             if (this.#streamed && at + value.length > this.#store.budget)
-                throw new SourceError(
-                    "limit.memory",
-                    "The server answers no ranges, and the whole file needs more memory " +
-                        "than max-memory allows: finer detail is left out.",
-                    CODES.LIMIT,
-                );
+                throw new SourceError("limit.memory", "tooLarge", {}, CODES.LIMIT);
             this.#store.put(at, value);
             at += value.length;
             request.at = Math.max(request.at, at);
@@ -238,7 +297,7 @@ class UrlSource {
     // The server lies about ranges: one plain request instead, and none of its bytes is kept.
     #readWhole(lie) {
         console.warn(
-            `pbm-viewer: the server breaks the rules of range requests for ${this.#url}: ${lie.message}.` +
+            `pbm-viewer: the server breaks the rules of range requests for ${fileName(this.#url)}: ${lie.message}.` +
                 " The viewer reads the whole file instead.",
         );
         for (const request of this.#running) request.abort.abort();
@@ -252,13 +311,12 @@ class UrlSource {
 
     #wait(error) {
         if (this.#pause) return;
-        clearTimeout(this.#stall);
         const delay = Math.min(FIRST_DELAY * 2 ** this.#failures, LONGEST_DELAY);
         this.#failures += 1;
-        this.#listener.waiting(
-            new SourceError("network", `${this.#url} cannot be read (${error.message}). The viewer tries again.`),
-            this.#failures,
-        );
+        if (this.#failures >= FAILURES_TOLD) {
+            const values = { name: fileName(this.#url), reason: error.message };
+            this.#listener.waiting(new SourceError("network", "again", values), this.#failures);
+        }
         this.#pause = new Promise((resolve) => {
             const go = () => {
                 clearTimeout(timer);
@@ -272,10 +330,10 @@ class UrlSource {
     }
 
     #recover() {
-        if (this.#failures === 0 && !this.#stalled) return;
+        const wasTold = this.#failures >= FAILURES_TOLD || this.#stalled;
         this.#failures = 0;
         this.#stalled = false;
-        this.#listener.waiting(null, 0);
+        if (wasTold) this.#listener.waiting(null, 0);
     }
 
     #fail(error) {
@@ -285,10 +343,7 @@ class UrlSource {
         this.#listener.failed(
             error instanceof SourceError
                 ? error
-                : new SourceError(
-                      "server.ranges",
-                      `The server breaks the rules of range requests for ${this.#url}: ${error.message}.`,
-                  ),
+                : new SourceError("server.ranges", "ranges", { name: fileName(this.#url), reason: error.message }),
         );
     }
 }
@@ -311,7 +366,7 @@ export function openBlob(blob, store, listener) {
                 if (!closed) listener.arrived();
             }
         } catch {
-            if (!closed) listener.failed(new SourceError("file", "The file can no longer be read: open it again."));
+            if (!closed) listener.failed(new SourceError("file", "fileGone"));
         }
         running = false;
     }

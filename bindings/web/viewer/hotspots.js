@@ -50,6 +50,7 @@ export class Hotspots {
             if (inside) box.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
             const isVisible = visible[i] ?? false;
             box.classList.toggle("hidden", !isVisible);
+            box.inert = !isVisible; // nobody comes to what is hidden by keys
             mark(element, isVisible);
         }
     }

@@ -1,14 +1,8 @@
 // What attributes say of lights and of the colours of a field, as options of the module.
 import { parseAngle } from "./orbit.js";
+import { isOn, warnOnce, wordOf } from "./properties.js";
 
-const SHADINGS = ["auto", "lit", "unlit"];
-const LIGHT_FOLLOWS = ["default", "eye", "model"];
 const COLOUR_MAPS = ["viridis", "grey", "classes"];
-
-// Whatever else an attribute says is the first word, the default.
-export function wordOf(text, words) {
-    return words.includes(text) ? text : words[0];
-}
 
 // "RIGHT UP", two angles -> radians; null where it says anything else.
 export function headlightOf(text) {
@@ -34,13 +28,16 @@ export function colouringOf(text) {
 
 // The options that the attributes of an element ask for.
 export function lookOf(element) {
+    const text = element.getAttribute("headlight");
+    const headlight = headlightOf(text);
+    if (text && !headlight) warnOnce(element, "headlight", text, 'is no light: write "-60deg 20deg"');
     return {
-        shading: wordOf(element.getAttribute("shading"), SHADINGS),
-        lightFollows: wordOf(element.getAttribute("light-follows"), LIGHT_FOLLOWS),
-        headlight: headlightOf(element.getAttribute("headlight")),
+        shading: wordOf(element, "shading"),
+        lightFollows: wordOf(element, "light-follows"),
+        headlight,
         ...colouringOf(element.getAttribute("colour-by")),
         dropClass: element.getAttribute("drop-class") ?? "",
         showClass: element.getAttribute("show-class") ?? "",
-        without: element.hasAttribute("no-legend") ? ["legend"] : [],
+        without: isOn(element, "no-legend") ? ["legend"] : [],
     };
 }

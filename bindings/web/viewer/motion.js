@@ -1,5 +1,5 @@
 // How the view moves: the orbit that is shown glides to its goal.
-import { approached, panned, wholeDistance, within } from "./orbit.js";
+import { approached, isAtEnd, panned, wholeDistance, within } from "./orbit.js";
 
 const GLIDE = 70; // ms: time constant
 const TURN = Math.PI; // radians of a drag as long as the picture is high
@@ -54,6 +54,11 @@ export class Motion {
     zoom(factor, smooth, point) {
         const goal = point && factor > 1 ? approached(this.goal, point, factor, this.#stage) : null;
         this.go(goal ?? { ...this.goal, radius: this.goal.radius / factor }, smooth);
+    }
+
+    // Whether the view can become so many times as large.
+    canZoom(factor) {
+        return !isAtEnd(this.goal, factor, this.#stage);
     }
 
     // The same view, seen after `angle` radians about the model's up axis.

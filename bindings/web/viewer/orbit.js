@@ -1,5 +1,6 @@
 // The camera that turns about a target, in the words of <model-viewer>: theta (azimuth, radians; 0: in front of the
 // model), phi (polar angle, radians; 0: above it) and the radius (distance to the target, model units).
+import { filled } from "./texts.js";
 
 const add = (a, b, factor = 1) => a.map((x, i) => x + b[i] * factor);
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -76,6 +77,11 @@ export function within(orbit, { centre, size, nearest }) {
         target: distance > size ? add(centre, offset, size / distance) : orbit.target,
         viewAngle: clamp(orbit.viewAngle, 0.01, 3),
     };
+}
+
+// Whether the orbit is as near to its target as it may come (`factor` above 1) or as far from it as it may go (below 1).
+export function isAtEnd({ radius }, factor, { size, nearest }) {
+    return factor > 1 ? radius <= nearest * (1 + 1e-6) : radius >= size * FARTHEST * (1 - 1e-6);
 }
 
 // Moves the target parallel to the picture, which then moves by `right` and `down`, in picture heights.
@@ -207,19 +213,12 @@ function words(text) {
     return parts;
 }
 
-// The view in words, for people who do not see it: "upper front left".
-export function describe({ theta, phi }) {
-    const height =
-        phi < Math.PI / 8
-            ? "top"
-            : phi < (Math.PI * 3) / 8
-              ? "upper"
-              : phi > (Math.PI * 7) / 8
-                ? "bottom"
-                : phi > (Math.PI * 5) / 8
-                  ? "lower"
-                  : "";
+// The view in words, for people who do not see it: "upper front left". `places`: see texts.js.
+export function describe({ theta, phi }, places) {
+    if (phi < Math.PI / 8) return places.top;
+    if (phi > (Math.PI * 7) / 8) return places.bottom;
     const eighth = ((Math.round(theta / (Math.PI / 4)) % 8) + 8) % 8;
-    const side = ["front", "front right", "right", "back right", "back", "back left", "left", "front left"][eighth];
-    return height === "top" || height === "bottom" ? height : `${height} ${side}`.trim();
+    const side = places.sides[eighth];
+    if (phi < (Math.PI * 3) / 8) return filled(places.upper, { side });
+    return phi > (Math.PI * 5) / 8 ? filled(places.lower, { side }) : side;
 }

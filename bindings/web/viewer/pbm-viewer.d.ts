@@ -35,17 +35,23 @@
 //   loading        auto (default) and lazy: once the element comes near the visible part of the page; eager: at once
 //   reveal         auto (default): the poster goes with the first picture; manual: with dismissPoster()
 //   max-memory     MB that the model may take; default 256
-//   disable-zoom   the wheel scrolls the page
+//   disable-zoom   the wheel scrolls the page; else it does so only where the view is as near or as far as it goes
 //   touch-action   none: vertical swipes turn the view; by default they scroll the page
+//   interaction-prompt  auto: says how to turn the model, until the first input; none (default)
+//
+// "false" is the value of a Boolean attribute that is not set. A value that an attribute does not know is its default, and
+// a warning in the console. Texts are in German where the language of the element is German (lang="de"), else in English.
 //
 // Children
+//   <img slot="poster"> or <picture slot="poster">: a poster that is shown before scripts run, and without them
 //   <button slot="hotspot-NAME" data-position="x y z" data-normal="x y z">: stays at this point of the model (lengths
 //   as in camera-target). While the picture hides the point, or the normal (optional) leads away from the eye, the
-//   element lacks the attribute data-visible and is drawn with the opacity --min-hotspot-opacity. Changes dispatch
+//   element lacks the attribute data-visible, cannot be reached by keys and is drawn with the opacity --min-hotspot-opacity. Changes dispatch
 //   hotspot-visibility on it
 //
 // CSS: --progress-bar-color, --focus-color, --min-hotspot-opacity; parts canvas, input, poster, progress-bar, credit,
-// notice, fullscreen-button.
+// notice, prompt, fullscreen-button, about-button (name and credit of a small element), back-button (from a file that was
+// dropped to the page's model).
 
 /** Angles are radians, lengths model units. As text it is a value of the attribute `camera-orbit`. */
 export interface Orbit {
@@ -167,6 +173,7 @@ export class PbmViewer extends HTMLElement {
     loading: "auto" | "lazy" | "eager" | null;
     reveal: "auto" | "manual" | null;
     touchAction: string | null;
+    interactionPrompt: "auto" | "none" | null;
     maxMemory: number | null;
     autoRotate: boolean;
     controls: boolean;
@@ -201,8 +208,16 @@ export class PbmViewer extends HTMLElement {
     addEventListener<Name extends keyof PbmViewerEventMap>(type: Name,
         listener: (this: PbmViewer, event: PbmViewerEventMap[Name]) => unknown,
         options?: boolean | AddEventListenerOptions): void;
+    addEventListener<Name extends Exclude<keyof HTMLElementEventMap, keyof PbmViewerEventMap>>(type: Name,
+        listener: (this: PbmViewer, event: HTMLElementEventMap[Name]) => unknown,
+        options?: boolean | AddEventListenerOptions): void;
     addEventListener(type: string, listener: EventListenerOrEventListenerObject,
         options?: boolean | AddEventListenerOptions): void;
+    removeEventListener<Name extends keyof PbmViewerEventMap>(type: Name,
+        listener: (this: PbmViewer, event: PbmViewerEventMap[Name]) => unknown,
+        options?: boolean | EventListenerOptions): void;
+    removeEventListener(type: string, listener: EventListenerOrEventListenerObject,
+        options?: boolean | EventListenerOptions): void;
 }
 
 declare global {

@@ -1,14 +1,20 @@
 // <pbm-viewer src="scan.pbvg" controls></pbm-viewer>: shows a binary voxel grid (.pbvg) on a page.
 // pbm-viewer.d.ts describes attributes, events and methods.
 import { CODES } from "../module/errors.js";
+import { fileName } from "./addresses.js";
+import { FIRST_BYTES } from "./answers.js";
 import { showCredits } from "./credit.js";
 import { listen } from "./gestures.js";
 import { Hotspots } from "./hotspots.js";
-import { lookOf, wordOf } from "./look.js";
+import { lookOf } from "./look.js";
 import { Motion } from "./motion.js";
 import { cameraOf, describe, orbitFrom, orbitOf, stageOf } from "./orbit.js";
-import { adoptProperties, defineProperties } from "./properties.js";
-import { styles, template } from "./template.js";
+import { Paper } from "./paper.js";
+import { Place } from "./place.js";
+import { adoptProperties, defineProperties, isOn, wordOf } from "./properties.js";
+import { build } from "./template.js";
+import { TEXTS, languageOf, noticeOf, textOf } from "./texts.js";
+import { WorkerLink } from "./worker_link.js";
 
 const DEFAULT_MEMORY = 256; // MB
 const LARGEST_MEMORY = 2048; // MB: that of the module
@@ -21,11 +27,16 @@ const LONGEST_TICK = 50; // ms that a view glides or turns on at once
 const ZOOM_PAUSE = 400; // ms without zooming after which another zoom begins
 const ZOOM_DISTANCE = 12; // CSS pixels, the same
 const FAILURES_TOLD = 3; // in a row, before a network failure is an error event
-const BACKS = ["auto", "show", "hide"];
+const RESTART_DELAY = 500; // ms before a worker that did not come is asked for once more
+const CODE_PART = 0.4; // of its bytes that a server sends: it compresses them
+const WANTED = 600 * 1024; // bytes that a picture needs, as long as nobody knows: coarse levels do not tell of finer ones
 
-class PbmViewer extends HTMLElement {
+// Where there is no window, as on a server that renders pages, the module has an element that nobody can make.
+const Base = globalThis.HTMLElement ?? class {};
+
+class PbmViewer extends Base {
     static observedAttributes = (
-        "src poster quality backs auto-rotate camera-orbit camera-target field-of-view background shading light-follows headlight colour-by drop-class show-class no-legend loading reveal controls alt"
+        "src poster quality backs auto-rotate camera-orbit camera-target field-of-view background shading light-follows headlight colour-by drop-class show-class no-legend loading reveal controls alt interaction-prompt"
     ).split(" ");
 
     #parts = {}; // by id
@@ -34,11 +45,11 @@ class PbmViewer extends HTMLElement {
     #near = false; // to the visible part of the page
     #opened = null; // Blob that open() was given
     #url = null; // that is shown
-    #worker = null;
+    #link = null; // WorkerLink
+    #isHeard = false; // the worker has said something
+    #restarts = 0; // of the worker, for the same model
     #canvas = null;
     #context = null; // of the canvas, where workers cannot draw
-    #answers = new Map(); // id -> resolve
-    #asked = 0;
     #info = null;
     #stage = null;
     #motion = null;
@@ -51,6 +62,8 @@ class PbmViewer extends HTMLElement {
     #zoom = { x: 0, y: 0, time: -Infinity, point: null }; // the last one: client coordinates, and what is there
     #byUser = false; // the last change of the view
     #bytes = 0;
+    #wanted = null; // bytes that the picture still lacks, as far as is known; null: nothing is
+    #fileBytes = null; // null: not known
     #progress = 0;
     #loaded = false;
     #dismissed = false;
@@ -58,14 +71,15 @@ class PbmViewer extends HTMLElement {
     // no error.
     #notices = { ...NO_NOTICES };
     #hotspots;
+    #place;
+    #paper;
 
     constructor() {
         super();
-        const root = this.attachShadow({ mode: "open" });
-        root.adoptedStyleSheets = [styles];
-        root.append(template.content.cloneNode(true));
-        for (const element of root.querySelectorAll("[id]")) this.#parts[element.id] = element;
+        this.#parts = build(this.attachShadow({ mode: "open" }));
         this.#hotspots = new Hotspots(this, this.#parts.hotspots);
+        this.#place = new Place(this.#parts.corners);
+        this.#paper = new Paper(this.#parts.paper, (size) => this.#ask("paper", size));
     }
 
     connectedCallback() {
@@ -87,18 +101,17 @@ class PbmViewer extends HTMLElement {
         children.observe(this, { childList: true });
         const places = new MutationObserver(() => this.#findHotspots());
         places.observe(this, { subtree: true, attributeFilter: ["slot", "data-position", "data-normal"] });
-        const { fullscreen, dismiss } = this.#parts;
-        dismiss.addEventListener("click", () => this.#notify(NO_NOTICES), { signal });
-        fullscreen.hidden = !document.fullscreenEnabled;
-        fullscreen.addEventListener(
-            "click",
-            () => (document.fullscreenElement === this ? document.exitFullscreen() : this.requestFullscreen()),
+        this.#listenToButtons(signal);
+        document.addEventListener("visibilitychange", () => this.#pause(), { signal });
+        document.addEventListener(
+            "securitypolicyviolation",
+            ({ blockedURI, effectiveDirective }) => {
+                if (/worker|script/.test(effectiveDirective) && /^blob|view_worker/.test(blockedURI))
+                    this.#failByPolicy(effectiveDirective);
+            },
             { signal },
         );
-        document.addEventListener("visibilitychange", () => this.#pause(), { signal });
-        this.addEventListener("dragover", (event) => this.hasAttribute("controls") && event.preventDefault(), {
-            signal,
-        });
+        this.addEventListener("dragover", (event) => isOn(this, "controls") && event.preventDefault(), { signal });
         this.addEventListener("drop", (event) => this.#drop(event), { signal });
         signal.addEventListener("abort", () => {
             for (const observer of [sizes, nearness, children, places]) observer.disconnect();
@@ -122,10 +135,10 @@ class PbmViewer extends HTMLElement {
     attributeChangedCallback(name, old, value) {
         if (!this.#life || old === value) return;
         if (name === "src") this.#opened = null;
-        if (name === "src" || (name === "loading" && !this.#worker)) this.#load();
+        if (name === "src" || (name === "loading" && !this.#link)) this.#load();
         else if (name === "loading") this.#pause();
         else if (name === "poster" || name === "reveal") this.#showPoster();
-        else if (name === "controls" || name === "alt") this.#listen();
+        else if (name === "controls" || name === "alt" || name === "interaction-prompt") this.#listen();
         else if (name.startsWith("camera-") || name === "field-of-view") this.resetCamera();
         else this.#refresh();
     }
@@ -140,6 +153,7 @@ class PbmViewer extends HTMLElement {
 
     open(blob) {
         this.#opened = blob;
+        this.#restarts = 0;
         this.#start();
     }
 
@@ -183,11 +197,7 @@ class PbmViewer extends HTMLElement {
     }
 
     async positionFromPoint(clientX, clientY) {
-        const box = this.getBoundingClientRect();
-        const point = await this.#ask("point", {
-            x: (clientX - box.left) / box.width,
-            y: (clientY - box.top) / box.height,
-        });
+        const point = await this.#ask("point", this.#place.partsOf(clientX, clientY));
         return point && { x: point[0], y: point[1], z: point[2], toString: () => point.join(" ") };
     }
 
@@ -206,36 +216,69 @@ class PbmViewer extends HTMLElement {
     #load() {
         this.#close();
         this.#dismissed = false;
+        this.#restarts = 0;
         this.#showPoster();
         this.#near ||= isNearNow(this);
-        if (this.#near || this.getAttribute("loading") === "eager") this.#start();
+        if (this.#near || wordOf(this, "loading") === "eager") this.#start();
     }
 
     #start() {
         const src = this.getAttribute("src");
         if (!this.#life || !(this.#opened || src)) return;
         this.#close();
+        this.#parts.back.hidden = !(this.#opened && src);
         try {
             this.#url = this.#opened ? null : new Request(src).url;
         } catch {
-            this.#fail(fault(CODES.USAGE, "address", `"${src}" is no address of a model.`), true);
+            this.#fail(fault(CODES.USAGE, "address", "noAddress", { name: fileName(src) }), true);
             return;
         }
+        try {
+            this.#startWorker();
+        } catch (error) {
+            // A frame without an origin, a policy that lacks ours: whatever the browser says, there is no worker.
+            console.error(`pbm-viewer: ${error.message}`);
+            this.#fail(fault(CODES.IO, "worker", "worker"), true);
+            return;
+        }
+        this.#pause();
+        this.#refresh();
+    }
+
+    #startWorker() {
         this.#canvas = document.createElement("canvas");
         this.#canvas.setAttribute("part", "canvas");
         this.#parts.input.before(this.#canvas);
         const canvas = canDrawInWorkers() ? this.#canvas.transferControlToOffscreen() : null;
         if (!canvas) this.#context = this.#canvas.getContext("2d");
-        this.#worker = newWorker();
-        this.#worker.onmessage = ({ data }) => this.#receive(data);
-        const text = "The worker of the viewer cannot run: are all files of the package on the server?";
-        this.#worker.onerror = () => this.#fail(fault(CODES.IO, "worker", text), true);
-        this.#worker.postMessage(
-            { type: "start", canvas, url: this.#url, blob: this.#opened, maxMemory: this.#maxMemory() },
-            canvas ? [canvas] : [],
+        const model = { url: this.#url, blob: this.#opened, maxMemory: this.#maxMemory() };
+        this.#isHeard = false;
+        this.#link = new WorkerLink(
+            { canvas, ...model },
+            {
+                message: (type, message) => this.#receive(type, message),
+                failed: () => this.#onWorkerError(),
+                codeArrived: () => this.#report({ bytes: this.#bytes, wanted: this.#wanted }),
+            },
         );
-        this.#pause();
-        this.#refresh();
+    }
+
+    // The worker has not come, or has broken down.
+    #onWorkerError() {
+        const restart = this.#isHeard ? 1 : this.#restarts;
+        const { signal } = this.#life;
+        const link = this.#link;
+        setTimeout(() => {
+            if (signal.aborted || this.#link !== link) return;
+            this.#restarts += 1;
+            if (restart === 0) this.#start();
+            else this.#fail(fault(CODES.IO, "worker", "worker"), true);
+        }, RESTART_DELAY * (1 - Math.min(restart, 1)));
+    }
+
+    #failByPolicy(directive) {
+        if (!this.#link || this.#isHeard) return;
+        this.#fail(fault(CODES.IO, "policy", "forbidden", { name: "view_worker.js", directive }), true);
     }
 
     // Bytes.
@@ -248,42 +291,38 @@ class PbmViewer extends HTMLElement {
     }
 
     #close() {
-        if (this.#worker) this.#worker.onmessage = this.#worker.onerror = null;
-        this.#worker?.terminate();
+        this.#link?.close();
         this.#canvas?.remove();
-        for (const resolve of this.#answers.values()) resolve(null);
-        this.#answers.clear();
-        this.#worker = this.#canvas = this.#context = this.#info = this.#stage = this.#motion = null;
+        this.#link = this.#canvas = this.#context = this.#info = this.#stage = this.#motion = null;
         this.#loaded = false;
         this.#bytes = this.#progress = 0;
+        this.#wanted = this.#fileBytes = null;
+        this.#paper.discard();
         this.#notify(NO_NOTICES);
         this.#parts.credit.replaceChildren();
+        this.#parts.about.hidden = true;
+        this.#parts.prompt.classList.add("gone");
         this.#hotspots.hide();
         this.#parts.bar.classList.add("gone");
         clearTimeout(this.#rotationTimer);
     }
 
-    #receive({ type, ...message }) {
+    #receive(type, message) {
+        this.#isHeard = true;
         if (type === "opened") this.#open(message);
         else if (type === "framed") {
             this.#motion.reframe(orbitOf(message.camera, this.#stage), message.aspect);
             this.#refresh();
         } else if (type === "frame") this.#showFrame(message);
+        else if (type === "rest") this.#paper.prepare(this.#size);
         else if (type === "progress") this.#report(message);
         else if (type === "failed") this.#fail(message.error, message.fatal, message.passing);
         else if (type === "recovered") this.#notify({ view: "" });
         else if (type === "waiting") this.#wait(message);
-        else {
-            this.#answers.get(message.id)?.(message.value);
-            this.#answers.delete(message.id);
-        }
     }
 
     #ask(question, parameters = {}) {
-        if (!this.#worker) return Promise.resolve(null);
-        const id = ++this.#asked;
-        this.#worker.postMessage({ type: "ask", id, question, ...parameters });
-        return new Promise((resolve) => this.#answers.set(id, resolve));
+        return this.#link?.ask(question, parameters) ?? Promise.resolve(null);
     }
 
     #emit(name, detail) {
@@ -295,6 +334,8 @@ class PbmViewer extends HTMLElement {
         this.#stage = stageOf(info);
         this.#motion = new Motion(this.#stage, orbitOf(camera, this.#stage), aspect, isMotionReduced);
         showCredits(this.#parts.credit, info.metadata);
+        this.#parts.about.hidden = this.#parts.credit.childElementCount === 0;
+        this.#parts.about.setAttribute("aria-expanded", "false");
         this.#touched = performance.now();
         this.#findHotspots();
         this.resetCamera({ smooth: false });
@@ -311,16 +352,18 @@ class PbmViewer extends HTMLElement {
         if (!this.#loaded) {
             this.#loaded = true;
             this.#showPoster();
+            this.#parts.prompt.classList.toggle("gone", wordOf(this, "interaction-prompt") !== "auto");
             this.#emit("load", { url: this.#url });
         }
         if (complete) this.#report({ bytes: this.#bytes, wanted: 0 });
     }
 
-    // `wanted`: bytes that the picture still lacks; null: not known.
-    #report({ bytes, wanted }) {
+    #report({ bytes, wanted, size = this.#fileBytes }) {
         const before = [this.#bytes, this.#progress];
         this.#bytes = bytes;
-        const part = wanted === 0 && this.#loaded ? 1 : wanted ? Math.min(bytes / (bytes + wanted), 0.99) : 0;
+        this.#fileBytes = size;
+        this.#wanted = wanted;
+        const part = wanted === 0 && this.#loaded ? 1 : Math.min(this.#partHere(), 0.99);
         this.#progress = Math.max(this.#progress, part);
         const { bar } = this.#parts;
         bar.style.transform = `scaleX(${this.#progress})`;
@@ -329,42 +372,57 @@ class PbmViewer extends HTMLElement {
         this.#emit("progress", { bytes, totalProgress: this.#progress });
     }
 
+    // 0..1: the part that is here of all that the picture needs, as far as that is known: model and code.
+    #partHere() {
+        const code = CODE_PART * CODE_BYTES;
+        const codeHere = this.#loaded ? code : Math.min(CODE_PART * (this.#link?.codeBytes ?? 0), code);
+        const expected = Math.min(WANTED, this.#fileBytes ?? Infinity) - this.#bytes;
+        const wanted = Math.max(this.#wanted ?? FIRST_BYTES, expected, 0);
+        return (codeHere + this.#bytes) / (code + this.#bytes + wanted);
+    }
+
     #fail(error, fatal, passing = false) {
-        const place = error.offset === null ? "" : ` (byte ${error.offset})`;
-        const text = fatal ? error.message : `Not all of this model can be shown: ${error.message}${place}`;
+        const text = noticeOf(languageOf(this), error, fatal);
         this.#notify({ [passing ? "view" : "model"]: text });
-        if (fatal) this.#parts.bar.classList.add("gone");
-        this.#emit("error", error);
+        if (fatal) {
+            this.#parts.bar.classList.add("gone");
+            this.#link?.close(); // whoever waits for an answer gets none
+        }
+        const { code, message, offset, name, rule } = error;
+        this.#emit("error", { code, message, offset, name, rule });
     }
 
     #notify(changed) {
         Object.assign(this.#notices, changed);
         const { network, model, view } = this.#notices;
-        this.#parts.message.textContent = network || model || view;
+        this.#parts.message.textContent = this.#parts.message.title = network || model || view;
     }
 
     #wait({ error, times }) {
-        this.#notify({ network: error ? error.message : "" });
-        if (times === FAILURES_TOLD) this.#emit("error", error);
+        this.#notify({ network: error ? noticeOf(languageOf(this), error, true) : "" });
+        if (times === FAILURES_TOLD) {
+            const { code, message, offset, name, rule } = error;
+            this.#emit("error", { code, message, offset, name, rule });
+        }
     }
 
     #appear(near) {
         const comes = near && !this.#near;
         this.#near = near;
-        if (comes && !this.#worker) this.#start();
+        if (comes && !this.#link) this.#start();
         else this.#pause();
     }
 
     // Nothing is drawn where nobody looks.
     #pause() {
-        const paused = document.hidden || (!this.#near && this.getAttribute("loading") !== "eager");
-        this.#worker?.postMessage({ type: "pause", paused });
+        const paused = document.hidden || (!this.#near && wordOf(this, "loading") !== "eager");
+        this.#link?.post({ type: "pause", paused });
         if (!paused) this.#animate();
     }
 
     #drop(event) {
         const file = event.dataTransfer?.files[0];
-        if (!file || !this.hasAttribute("controls")) return;
+        if (!file || !isOn(this, "controls")) return;
         event.preventDefault();
         this.open(file);
     }
@@ -377,7 +435,7 @@ class PbmViewer extends HTMLElement {
             slot.replaceChildren();
             if (src) slot.append(Object.assign(document.createElement("img"), { src, alt: "" }));
         }
-        poster.classList.toggle("gone", this.#loaded && (this.#dismissed || this.getAttribute("reveal") !== "manual"));
+        poster.classList.toggle("gone", this.#loaded && (this.#dismissed || wordOf(this, "reveal") !== "manual"));
     }
 
     #resize({ contentRect, devicePixelContentBoxSize: [exact] = [] }) {
@@ -394,21 +452,53 @@ class PbmViewer extends HTMLElement {
         this.#refresh();
     }
 
+    #listenToButtons(signal) {
+        const { about, back, dismiss, fullscreen, ground } = this.#parts;
+        const onClick = (button, action) => button.addEventListener("click", action, { signal });
+        onClick(dismiss, () => this.#notify(NO_NOTICES));
+        onClick(about, () => about.setAttribute("aria-expanded", String(about.getAttribute("aria-expanded") !== "true")));
+        onClick(back, () => {
+            this.#opened = null;
+            this.#load();
+        });
+        fullscreen.hidden = !document.fullscreenEnabled;
+        onClick(fullscreen, () =>
+            document.fullscreenElement === this ? document.exitFullscreen() : this.requestFullscreen(),
+        );
+        // Without this, what is seen through the picture would be black.
+        this.addEventListener(
+            "fullscreenchange",
+            () => {
+                ground.style.backgroundColor = document.fullscreenElement === this ? backgroundBehind(this) : "";
+            },
+            { signal },
+        );
+    }
+
     #listen() {
-        const { input } = this.#parts;
-        const controlled = this.hasAttribute("controls");
-        const label = this.getAttribute("alt") || "3D scan";
+        const { input, about, back, dismiss, fullscreen, prompt } = this.#parts;
+        const controlled = isOn(this, "controls");
+        const language = languageOf(this);
+        const label = this.getAttribute("alt") || textOf(language, "label");
+        input.classList.toggle("controlled", controlled);
         input.setAttribute("role", controlled ? "application" : "img");
-        if (controlled) input.setAttribute("aria-roledescription", "3D model");
+        if (controlled) input.setAttribute("aria-roledescription", textOf(language, "role"));
         else input.removeAttribute("aria-roledescription");
         input.tabIndex = controlled ? 0 : -1;
-        input.setAttribute(
-            "aria-label",
-            controlled ? `${label}. Arrow keys turn the view, plus and minus zoom.` : label,
-        );
+        input.setAttribute("aria-label", controlled ? textOf(language, "keys", { label }) : label);
+        about.setAttribute("aria-label", textOf(language, "about"));
+        dismiss.setAttribute("aria-label", textOf(language, "close"));
+        fullscreen.setAttribute("aria-label", textOf(language, "fullscreen"));
+        back.textContent = textOf(language, "back");
+        prompt.textContent = textOf(language, matchMedia("(pointer: coarse)").matches ? "promptFinger" : "prompt");
         this.#gestures?.abort();
         if (!controlled) return;
         this.#gestures = new AbortController();
+        listen(input, this.#place, this.#actions(), this.#gestures.signal);
+    }
+
+    // What input does to the view: see gestures.js.
+    #actions() {
         const steer =
             (name) =>
             (...change) => {
@@ -416,37 +506,33 @@ class PbmViewer extends HTMLElement {
                 this.#motion[name](...change);
                 this.#touch();
             };
-        listen(
-            input,
-            {
-                turn: steer("turn"),
-                pan: steer("pan"),
-                zoom: (factor, x, y, smooth) => {
-                    if (!this.#motion) return;
-                    this.#motion.zoom(factor, smooth, this.#pointOfZoom(x, y));
-                    this.#touch();
-                },
-                focus: async (x, y) => {
-                    const point = await this.positionFromPoint(x, y);
-                    if (!point || !this.#motion) return;
-                    this.#motion.go({ ...this.#motion.goal, target: [point.x, point.y, point.z] }, true);
-                    this.#touch();
-                },
-                reset: () => {
-                    this.resetCamera();
-                    this.#touch();
-                },
+        return {
+            turn: steer("turn"),
+            pan: steer("pan"),
+            zoom: (factor, x, y, smooth) => {
+                if (!this.#motion) return;
+                this.#motion.zoom(factor, smooth, this.#pointOfZoom(x, y));
+                this.#touch();
             },
-            () => !this.hasAttribute("disable-zoom"),
-            this.#gestures.signal,
-        );
+            focus: async (x, y) => {
+                const point = await this.positionFromPoint(x, y);
+                if (!point || !this.#motion) return;
+                this.#motion.go({ ...this.#motion.goal, target: [point.x, point.y, point.z] }, true);
+                this.#touch();
+            },
+            reset: () => {
+                this.resetCamera();
+                this.#touch();
+            },
+            takesWheel: (factor) => !isOn(this, "disable-zoom") && (this.#motion?.canZoom(factor) ?? false),
+            begun: () => this.#parts.prompt.classList.add("gone"),
+        };
     }
 
     // The point of the model at client coordinates x, y (null: in the middle), which zooming comes near to; null as long as
     // it is not known. A zoom keeps its point as long as it goes on at the same place.
     #pointOfZoom(x, y) {
-        const box = this.getBoundingClientRect();
-        const place = { x: x ?? box.left + box.width / 2, y: y ?? box.top + box.height / 2 };
+        const place = x === null ? this.#place.middle() : { x, y };
         const now = performance.now();
         const last = this.#zoom;
         if (now - last.time > ZOOM_PAUSE || Math.hypot(place.x - last.x, place.y - last.y) > ZOOM_DISTANCE) {
@@ -487,7 +573,7 @@ class PbmViewer extends HTMLElement {
     }
 
     #animate() {
-        if (this.#frameRequest || !this.#worker) return;
+        if (this.#frameRequest || !this.#link) return;
         this.#frameRequest = requestAnimationFrame((now) => {
             this.#frameRequest = 0;
             const passed = now - this.#lastTick;
@@ -498,20 +584,23 @@ class PbmViewer extends HTMLElement {
 
     // `passed`: ms since the last tick. Returns whether the view still moves.
     #tick(passed) {
-        if (!this.#worker) return false;
+        if (!this.#link) return false;
         if (this.#motion && this.#isRotating()) this.#motion.rotate(ROTATION_SPEED * passed);
         const moving = this.#motion?.step(passed) ?? false;
         if (moving || this.#stale) this.#post(moving);
         if (moving) this.#emit("camera-change", { source: this.#byUser ? "user-interaction" : "none" });
-        else if (this.#byUser && this.#motion)
-            this.#parts.spoken.textContent = `View from the ${describe(this.#motion.goal)}`;
+        else if (this.#byUser && this.#motion) {
+            const language = languageOf(this);
+            const place = describe(this.#motion.goal, TEXTS[language].places);
+            this.#parts.spoken.textContent = textOf(language, "view", { place });
+        }
         return moving;
     }
 
     // Whether the model turns by itself now. If it is to do so later, animation goes on then.
     #isRotating() {
         clearTimeout(this.#rotationTimer);
-        if (!this.hasAttribute("auto-rotate") || isMotionReduced()) return false;
+        if (!isOn(this, "auto-rotate") || isMotionReduced()) return false;
         const delay = this.#touched + ROTATION_DELAY - performance.now();
         if (delay > 0) this.#rotationTimer = setTimeout(() => this.#animate(), delay);
         return delay <= 0 && !document.hidden && this.#near;
@@ -521,16 +610,17 @@ class PbmViewer extends HTMLElement {
         const { width, height } = this.#size;
         if (width === 0 || height === 0) return;
         this.#stale = false;
+        this.#paper.discard();
         const { orbit, framed } = this.#motion ?? {};
-        this.#worker.postMessage({
+        this.#link.post({
             type: "view",
             camera: orbit === framed ? null : cameraOf(orbit, this.#stage),
             width,
             height,
             moving,
             background: colour(this.getAttribute("background") ?? "transparent"),
-            quality: this.getAttribute("quality") ?? "auto",
-            backs: wordOf(this.getAttribute("backs"), BACKS),
+            quality: wordOf(this, "quality"),
+            backs: wordOf(this, "backs"),
             look: lookOf(this),
             hotspots: this.#hotspots.places,
         });
@@ -542,8 +632,18 @@ class PbmViewer extends HTMLElement {
     }
 }
 
-function fault(code, name, message) {
-    return { code, name, offset: null, rule: "", message };
+// An error as messages of the worker carry it; `key` and `values`: of a text.
+function fault(code, name, key, values = {}) {
+    return { code, name, offset: null, rule: "", message: textOf("en", key, values), key, values };
+}
+
+// The colour that is seen through an element: the nearest one that is not transparent.
+function backgroundBehind(element) {
+    for (let at = element; at; at = at.parentElement ?? at.getRootNode().host) {
+        const { backgroundColor } = getComputedStyle(at);
+        if (colour(backgroundColor)[3] > 0) return backgroundColor;
+    }
+    return "Canvas";
 }
 
 function isMotionReduced() {
@@ -573,14 +673,6 @@ function isNearNow(element) {
     );
 }
 
-function newWorker() {
-    if (new URL(import.meta.url).origin === location.origin)
-        return new Worker(new URL("./view_worker.js", import.meta.url), { type: "module" });
-    // A worker's own file must come from the origin of the page; what it imports need not.
-    const code = `import ${JSON.stringify(new URL("./view_worker.js", import.meta.url).href)};`;
-    return new Worker(URL.createObjectURL(new Blob([code], { type: "text/javascript" })), { type: "module" });
-}
-
 // A CSS colour, "transparent" if there is no such, as red, green, blue, alpha: 0..255.
 const colours = new Map();
 function colour(css) {
@@ -595,5 +687,5 @@ function colour(css) {
 }
 
 defineProperties(PbmViewer.prototype);
-customElements.define("pbm-viewer", PbmViewer);
+globalThis.customElements?.define("pbm-viewer", PbmViewer);
 export { PbmViewer };

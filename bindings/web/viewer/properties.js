@@ -22,12 +22,48 @@ export const PROPERTIES = {
     loading: String,
     reveal: String,
     touchAction: String,
+    interactionPrompt: String,
     maxMemory: Number,
     autoRotate: Boolean,
     controls: Boolean,
     disableZoom: Boolean,
     noLegend: Boolean,
 };
+
+// Whether a Boolean attribute is set. Frameworks write ="false" for one that is not.
+export function isOn(element, attribute) {
+    return element.hasAttribute(attribute) && element.getAttribute(attribute) !== "false";
+}
+
+// The words of attributes that have no other values; the first one is the default.
+export const WORDS = {
+    quality: ["auto", "fast", "fine"],
+    backs: ["auto", "show", "hide"],
+    shading: ["auto", "lit", "unlit"],
+    "light-follows": ["default", "eye", "model"],
+    loading: ["auto", "lazy", "eager"],
+    reveal: ["auto", "manual"],
+    "touch-action": ["pan-y", "none"],
+    "interaction-prompt": ["none", "auto"],
+};
+
+// The word that an attribute of an element has; its default, and a warning, where it says anything else.
+export function wordOf(element, attribute) {
+    const text = element.getAttribute(attribute);
+    const words = WORDS[attribute];
+    if (text === null || words.includes(text)) return text ?? words[0];
+    warnOnce(element, attribute, text, `is none of ${words.join(", ")}`);
+    return words[0];
+}
+
+const warned = new WeakMap(); // element -> what it was warned of
+export function warnOnce(element, attribute, text, fault) {
+    const warning = `pbm-viewer: ${attribute}="${text}" ${fault}`;
+    if (!warned.has(element)) warned.set(element, new Set());
+    if (warned.get(element).has(warning)) return;
+    warned.get(element).add(warning);
+    console.warn(warning);
+}
 
 // Gives a class of elements the properties.
 export function defineProperties(prototype) {
@@ -37,7 +73,7 @@ export function defineProperties(prototype) {
             configurable: true,
             enumerable: true,
             get() {
-                if (type === Boolean) return this.hasAttribute(attribute);
+                if (type === Boolean) return isOn(this, attribute);
                 const text = this.getAttribute(attribute);
                 return text === null ? null : type(text);
             },

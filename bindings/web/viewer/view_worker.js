@@ -1,20 +1,24 @@
 // The worker of <pbm-viewer>: it owns the module, the bytes, the model and the picture, so that the page never waits.
 //
 // Messages to the worker                                    and from it
-//   start {canvas, url | blob, maxMemory}                     opened {info, camera, aspect}   the model is open
+//   start {canvas, url | blob, maxMemory, threads}            opened {info, camera, aspect}   the model is open
+//   code {files | error}  the renderer, or why not            enough {}  no more of the first answer is needed
+//   answer, part, end  of the first answer: see answers.js
 //   view {camera, width, height, moving, background,          framed {camera, aspect}  default camera of a new size
 //         quality, backs, look, hotspots}                     frame {camera, width, height, complete, visible,
 //   pause {paused}                                                   pixels}
-//   ask {id, question, ...}                                   progress {bytes, wanted}
+//   ask {id, question, ...}                                   progress {bytes, wanted, size}
 //                                                             failed {error, fatal, passing}  passing: the next view
 //                                                                  may have no such error
 //                                                             recovered {}  no passing error holds any more
 //                                                             waiting {error, times}
 //                                                             answer {id, value}
+//                                                             rest {}  the picture is the last one of this view
 //
 // It draws only what changed. A moving view is drawn at the scale that keeps the frame rate; a view at rest exactly,
 // and again as bytes arrive; then the fine picture with ever more samples, between which messages are heard.
 import { CODES, loadPbm } from "../module/pbm.js";
+import { ForwardedAnswer } from "./answers.js";
 import { ByteStore } from "./byte_store.js";
 import { SourceError, openBlob, openUrl } from "./byte_sources.js";
 import { joined } from "./ranges.js";
@@ -49,15 +53,19 @@ class ViewWorker {
     #timer = null;
     #timerAt = Infinity;
     #restAt = 0; // the view counts as moving until then
+    #restTold = false;
     #changed = false; // the view changed since the last picture
     #arrived = false; // bytes arrived since the last picture
     // The last one: {camera, width, height, depths, complete, settled, scale, samples}. Settled: it is complete, or
     // what it lacks is damaged or not in the file.
     #picture = null;
     #framed = null; // default camera: {width, height, camera}
+    #isMeasured = false; // whether times.fine is that of a picture for which nothing was decoded
+    #readBytes = 0; // of the file, that the module took for the last picture
     #scale = 1; // of moving pictures
     #coarser = 1; // times as large as MAX_ERROR drawn voxels may be
-    // ms of the last picture of each kind (fine: of each sample); when the last picture was drawn.
+    // ms of the last picture of each kind (fine: of each sample); when the last picture was drawn. A picture that was
+    // decoded, too, counts for drawing alone (fine, fast) only until there is a better measurement.
     #times = { fast: 0, fine: 0, moving: 0, drawn: 0 };
     #started = performance.now();
     #firstAfter = null;
@@ -66,7 +74,7 @@ class ViewWorker {
     #toldOfView = new Set(); // the same, of those that another view may not have
     #over = false;
 
-    async start({ canvas, url, blob, maxMemory }) {
+    async start({ canvas, url, blob, maxMemory, threads }) {
         this.#canvas = canvas;
         this.#context = canvas?.getContext("2d") ?? null;
         this.#maxMemory = maxMemory;
@@ -76,11 +84,12 @@ class ViewWorker {
             failed: (error) => this.#reportError(error, this.#model === null),
             waiting: (error, times) => post({ type: "waiting", error: error && plain(error), times }),
         };
-        this.#source = blob ? openBlob(blob, this.#store, listener) : openUrl(url, this.#store, listener);
+        const options = { first: firstAnswer.response, violation: () => violated.get(url) ?? null };
+        this.#source = blob ? openBlob(blob, this.#store, listener) : openUrl(url, this.#store, listener, options);
         try {
-            this.#pbm = await library;
+            this.#pbm = await loadPbm({ threads, files: await code });
         } catch (error) {
-            this.#end(new SourceError("module", `The code of the viewer cannot be loaded (${error.message}).`));
+            this.#end(error.key ? error : new SourceError("module", "code", { reason: error.message }));
             return;
         }
         this.#schedule(0);
@@ -93,6 +102,7 @@ class ViewWorker {
         }
         this.#view = view;
         this.#changed = true;
+        this.#restTold = false;
         this.#schedule(0);
     }
 
@@ -107,6 +117,7 @@ class ViewWorker {
             if (question === "point") value = this.#pointAt(parameters);
             else if (question === "statistics") value = this.#statistics();
             else if (question === "snapshot") value = await this.#snapshot(parameters);
+            else if (question === "paper") value = await this.#paper(parameters);
         } catch (error) {
             this.#onError(error);
         }
@@ -137,7 +148,8 @@ class ViewWorker {
         if (this.#paused || this.#over || !this.#pbm || !this.#view) return;
         try {
             if (!this.#open()) {
-                this.#requestLacking();
+                const isOver = this.#requestLacking() === 0 && !this.#stage && this.#isCut();
+                if (isOver) this.#end(this.#cutError());
                 return;
             }
             const now = performance.now();
@@ -153,6 +165,9 @@ class ViewWorker {
             } else if (this.#isFineDue()) {
                 this.#draw(1, this.#nextSamples());
                 this.#schedule(0);
+            } else if (this.#picture.settled && !this.#restTold) {
+                this.#restTold = true;
+                post({ type: "rest" });
             }
         } catch (error) {
             this.#onError(error);
@@ -166,7 +181,10 @@ class ViewWorker {
         if (!this.#model) {
             const size = this.#size();
             if (size === null) return false;
-            const read = (offset, count) => this.#store.read(offset, count);
+            const read = (offset, count) => {
+                this.#readBytes += count;
+                return this.#store.read(offset, count);
+            };
             this.#model = this.#pbm.open({ size, read });
             // Of a file that is cut short too early the reader says what is wrong.
             if (!this.#model && this.#store.lacksBehind(this.#source.size ?? Infinity))
@@ -221,8 +239,17 @@ class ViewWorker {
         );
     }
 
+    // Twice as many as the picture has, or as many once more where the time that they took says nothing yet.
     #nextSamples() {
-        return Math.min(this.#picture.samples * 2 || 1, SAMPLES);
+        const { samples } = this.#picture;
+        return this.#isMeasured || samples === 0 ? Math.min(samples * 2 || 1, SAMPLES) : samples;
+    }
+
+    // `time`: ms that a sample of the last picture took. Only a picture for which nothing was decoded tells what drawing
+    // takes; of others the time is an upper bound, which decides nothing.
+    #measureFine(time) {
+        this.#isMeasured = this.#readBytes === 0;
+        this.#times.fine = this.#isMeasured ? time : 0;
     }
 
     #drawMoving() {
@@ -237,6 +264,7 @@ class ViewWorker {
     // `samples` above 0: a fine picture. Returns the milliseconds that it took.
     #draw(scale, samples) {
         const begin = performance.now();
+        this.#readBytes = 0;
         const full = this.#view;
         const width = Math.max(1, Math.round(full.width * scale));
         const height = Math.max(1, Math.round(full.height * scale));
@@ -269,7 +297,7 @@ class ViewWorker {
         const shown = this.#show(pixels, width, height);
         const end = performance.now();
         this.#times.drawn = end;
-        if (samples > 0) this.#times.fine = (end - begin) / samples;
+        if (samples > 0) this.#measureFine((end - begin) / samples);
         else if (scale === 1) this.#times.fast = end - begin;
         this.#firstAfter ??= end - this.#started;
         if (complete && scale === 1) {
@@ -302,14 +330,7 @@ class ViewWorker {
     // Requests what the module asked for and did not get. Returns the number of ranges that are still to come.
     #requestLacking() {
         const end = this.#source.size ?? Infinity;
-        if (this.#stage && end < this.#size())
-            this.#reportError(
-                new SourceError(
-                    "header.size",
-                    `The file is cut short: ${end} of ${this.#size()} bytes are there.`,
-                    CODES.INVALID,
-                ),
-            );
+        if (this.#stage && this.#isCut()) this.#reportError(this.#cutError());
         const lacking = this.#store
             .takeLacking()
             .filter(([from]) => from < end)
@@ -320,9 +341,18 @@ class ViewWorker {
         return lacking.length;
     }
 
+    // Whether the file ends before its header says so.
+    #isCut() {
+        return this.#source.size !== null && this.#source.size < (this.#size() ?? 0);
+    }
+
+    #cutError() {
+        return new SourceError("header.size", "cut", { have: this.#source.size, size: this.#size() }, CODES.INVALID);
+    }
+
     #progress(lacking = null) {
         const wanted = lacking ? joined(lacking, 0).reduce((sum, [from, to]) => sum + to - from, 0) : null;
-        post({ type: "progress", bytes: this.#source.figures.bytes, wanted });
+        post({ type: "progress", bytes: this.#source.figures.bytes, wanted, size: this.#source.size });
     }
 
     // The point of the model in the picture, at parts 0..1 of its width and height, or null.
@@ -341,6 +371,33 @@ class ViewWorker {
         if (!this.#stage || !this.#view) return null;
         if (!this.#isExact()) this.#draw(1, 0);
         return this.#context ? this.#canvas.convertToBlob({ type: mimeType, quality }) : null;
+    }
+
+    // A picture for paper, of what is in memory, as an ImageBitmap. Null if there is no room for it, or no view that rests.
+    async #paper({ width, height }) {
+        if (!this.#stage || !this.#isExact()) return null;
+        const picture = this.#picture;
+        picture.depths = picture.depths.slice(); // the module draws the next picture in the same place
+        const { camera, backs, background, look } = this.#view;
+        const context = new OffscreenCanvas(width, height).getContext("2d");
+        try {
+            const { pixels } = this.#model.render({
+                camera: { ...(camera ?? this.#model.defaultCamera(width, height)), backs },
+                width,
+                height,
+                quality: picture.samples > 0 ? "fine" : "fast",
+                ...(picture.samples > 0 && { samples: 1 }),
+                background,
+                ...look,
+                maxError: MAX_ERROR.fine * this.#coarser,
+                maxMemory: Math.ceil(this.#maxMemory * DECODED_PART),
+            });
+            context.putImageData(new ImageData(pixels.slice(), width), 0, 0);
+        } catch {
+            return null;
+        }
+        this.#store.takeLacking();
+        return context.canvas.transferToImageBitmap();
     }
 
     #statistics() {
@@ -369,8 +426,7 @@ class ViewWorker {
     }
 
     #memoryError() {
-        const text = `This view needs more than the ${this.#maxMemory / 1e6} MB that max-memory allows.`;
-        return new SourceError("limit.memory", text, CODES.LIMIT);
+        return new SourceError("limit.memory", "memory", { megabytes: this.#maxMemory / 1e6 }, CODES.LIMIT);
     }
 
     #reportError(error, fatal = false) {
@@ -403,15 +459,30 @@ class ViewWorker {
 }
 
 // What messages carry of an error. One without a code is a fault of the viewer itself.
-function plain({ code = CODES.LIMIT, message, offset = null, name, rule = "" }) {
+function plain({ code = CODES.LIMIT, message, offset = null, name, rule = "", key, values }) {
     // Messages of the module begin with the rule.
     const text = rule && message.startsWith(`${rule} `) ? message.slice(rule.length + 1) : message;
-    return { code, message: text, offset, name, rule };
+    return { code, message: text, offset, name, rule, key, values };
 }
 
-// The code of the library is fetched beside the first bytes of the model.
-const library = loadPbm({ threads: "auto", base: new URL("./", import.meta.url) });
-library.catch(() => {}); // start() reports it
-const worker = new ViewWorker();
 const post = (message, transfer = []) => self.postMessage(message, transfer);
-self.onmessage = ({ data: { type, ...message } }) => worker[type](message);
+
+// Addresses that a Content-Security-Policy forbade, with its directive.
+const violated = new Map();
+self.addEventListener("securitypolicyviolation", ({ blockedURI, effectiveDirective }) =>
+    violated.set(blockedURI, effectiveDirective),
+);
+
+const firstAnswer = new ForwardedAnswer(() => post({ type: "enough" }));
+let takeCode;
+const code = new Promise((resolve, reject) => {
+    takeCode = ({ files, error }) =>
+        error ? reject(new SourceError(error.name, error.key, error.values)) : resolve(files);
+});
+code.catch(() => {}); // start() reports it
+const worker = new ViewWorker();
+self.onmessage = ({ data: { type, ...message } }) => {
+    if (type === "code") takeCode(message);
+    else if (type in firstAnswer) firstAnswer[type](message);
+    else worker[type](message);
+};

@@ -41,6 +41,7 @@ using namespace pbm;
 struct Arguments {
     std::string input, output, depth_output;
     std::string page; // folder
+    std::string page_language = "en", page_url;
     std::string json; // file, "-" for stdout, empty for none
     ViewOptions view;
     ScanOptions scans;
@@ -133,6 +134,14 @@ glm::ivec2 fitted(glm::ivec2 size, int edge) {
     return {scaled(size.x), scaled(size.y)};
 }
 
+// What is wrong with a code of a language; empty: nothing.
+std::string check_language(const std::string &code) {
+    const bool is_code = !code.empty() && code.size() <= 35 && std::all_of(code.begin(), code.end(), [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-';
+    });
+    return is_code ? "" : "'" + code + "' is no code of a language; write en, de or de-CH";
+}
+
 // Fills `arguments`, or returns the exit code if the program is done.
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     command_line::CommandLine line{std::string(kProgram),
@@ -147,6 +156,10 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     line.add("--page",
              "A folder for a web server: index.html, which shows the model in this view, and all that it needs",
              &arguments.page, {.type = "DIR"});
+    line.add("--page-lang", "Language of the page: en, de or another code of HTML; texts are German or English",
+             &arguments.page_language, {.type = "CODE", .check = check_language, .needs = "--page"});
+    line.add("--page-url", "Where the page will be, so that previews of it find its picture", &arguments.page_url,
+             {.type = "URL", .needs = "--page"});
     // Before the options of the view: those that are given too are stored later and win.
     line.add("--thumbnail",
              "A picture for a file manager, PNG whatever its name: at most N x N pixels, the model alone on a "
@@ -268,7 +281,11 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
                         {"poster_bytes", s.page->poster},
                         {"viewer_gzip_bytes", s.page->viewer},
                         {"threaded_viewer_gzip_bytes", s.page->threaded_viewer},
-                        {"model_bytes", s.page->model}};
+                        {"model_bytes", s.page->model},
+                        {"phone_model_bytes", s.page->viewed[0]},
+                        {"laptop_model_bytes", s.page->viewed[1]},
+                        {"4k_model_bytes", s.page->viewed[2]},
+                        {"page_kept", s.page->is_kept}};
     json["peak_memory"] = peak_memory();
     return json.dump(2) + "\n";
 }
@@ -290,12 +307,22 @@ std::string video_text(const Arguments &arguments, const VideoStatistics &cost) 
     return text.str();
 }
 
-// What visitors of a page load; `viewed` bytes of the model are what they see first.
-std::string page_text(const std::string &folder, const WebPageSizes &sizes, std::uint64_t viewed) {
+// What visitors of a page load.
+std::string page_text(const std::string &folder, const WebPageSizes &sizes) {
     const auto kilobytes = [](std::uint64_t bytes) { return std::to_string((bytes + 500) / 1000) + " KB"; };
-    return command_line::printable(folder) + ": a page that loads " + kilobytes(sizes.page + sizes.poster) +
-           " with its poster, " + kilobytes(sizes.viewer) + " of the viewer (gzip), and of the model " +
-           kilobytes(viewed) + " of " + kilobytes(sizes.model) + " for the whole view\n";
+    const std::string name = command_line::printable(folder);
+    std::string text = name + ": a page that loads " + kilobytes(sizes.page + sizes.poster) + " with its poster, " +
+                       kilobytes(sizes.viewer) + " of the viewer (gzip), and of the " + kilobytes(sizes.model) +
+                       " of the model for the whole view";
+    for (std::size_t i = 0; i < kScreens.size(); ++i) {
+        const Screen &screen = kScreens[i];
+        text += (i == 0 ? " " : ", ") + kilobytes(sizes.viewed[i]) + " on " + screen.name + " (" +
+                std::to_string(screen.width) + 'x' + std::to_string(screen.height) + ')';
+    }
+    text += '\n';
+    if (sizes.is_kept)
+        text += name + "/index.html: somebody edited it, so it stays as it is; remove it to have it written anew\n";
+    return text;
 }
 
 // The report of a run; `camera` is that of the first picture.
@@ -322,7 +349,7 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
     if (s.video)
         text << video_text(arguments, *s.video);
     if (s.page)
-        text << page_text(arguments.page, *s.page, s.cost.bytes_read);
+        text << page_text(arguments.page, *s.page);
     if (s.bench)
         text << "bench: " << arguments.bench << " frames, minimum " << std::setprecision(2) << s.bench->min_ms
              << " ms, median " << s.bench->median_ms << " ms, " << s.bench->drawn_points << " points drawn, memory "
@@ -375,6 +402,71 @@ std::optional<int> make_layers(const Arguments &arguments, ModelDrawer &drawer, 
     return std::nullopt;
 }
 
+// The picture for screens that are turned.
+Result<Framebuffer> draw_turned(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera) {
+    const ViewOptions &view = arguments.view;
+    const Screen &phone = kScreens[0];
+    const glm::ivec2 from = view.resolution;
+    const glm::ivec2 size(from.y, from.x > from.y ? from.y * phone.height / phone.width : from.x);
+    Result<Camera> turned = choose_camera(view, drawer.extent(), drawer.grid(), size);
+    if (!turned)
+        return turned.error();
+    if (view.position) // the element shows as much of the model as before
+        turned->position = camera.focal_point + (camera.position - camera.focal_point) *
+                                                    distance_factor(camera.view_angle, view.resolution, size);
+    if (Status loaded = drawer.load(*turned, size, Motion::still); !loaded)
+        return std::move(loaded).error();
+    Framebuffer picture(size.x, size.y, drawer.needs_depths());
+    drawer.draw(*turned, picture, Motion::still);
+    return picture;
+}
+
+// Bytes of the model that a visitor with this screen loads.
+Result<std::uint64_t> visit_cost(const Arguments &arguments, const std::string &model, const Screen &screen) {
+    ViewOptions view = arguments.view;
+    view.resolution = {screen.width, screen.height};
+    const auto drawer = ModelDrawer::open(model, view);
+    if (!drawer)
+        return drawer.error();
+    const auto camera = choose_camera(view, (*drawer)->extent(), (*drawer)->grid(), view.resolution);
+    if (!camera)
+        return camera.error();
+    if (Status loaded = (*drawer)->load(*camera, view.resolution, Motion::still); !loaded)
+        return std::move(loaded).error();
+    return (*drawer)->cost().bytes_read;
+}
+
+// Writes the page whose poster is `picture`. Returns the exit code on failure.
+std::optional<int> make_page(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera,
+                             const Framebuffer &picture, RunStatistics &statistics) {
+    const auto turned = draw_turned(arguments, drawer, camera);
+    if (!turned)
+        return fail(arguments.input, turned.error());
+    const std::filesystem::path name = std::filesystem::path(uncompressed_name(arguments.input)).filename();
+    const auto page = write_web_page({.folder = arguments.page,
+                                      .model = drawer.path(),
+                                      .name = std::filesystem::path(name).replace_extension(".pbvg").string(),
+                                      .metadata = drawer.metadata(),
+                                      .view = arguments.view,
+                                      .camera = camera,
+                                      .extent = drawer.extent(),
+                                      .up = up_of(arguments.view, drawer.grid()),
+                                      .poster = picture,
+                                      .turned = *turned,
+                                      .language = arguments.page_language,
+                                      .url = arguments.page_url});
+    if (!page)
+        return fail("--page", page.error());
+    statistics.page = *page;
+    for (std::size_t i = 0; i < kScreens.size(); ++i) {
+        const auto cost = visit_cost(arguments, drawer.path(), kScreens[i]);
+        if (!cost)
+            return fail(arguments.input, cost.error());
+        statistics.page->viewed[i] = *cost;
+    }
+    return std::nullopt;
+}
+
 // Draws the picture with `threads` threads and writes its outputs. Returns the exit code on failure.
 std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera, int threads,
                                 RunStatistics &statistics) {
@@ -414,23 +506,9 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
             !written)
             return fail(command_line::output_name(arguments.depth_output), written.error());
     }
-    if (!arguments.page.empty()) {
-        const auto page = write_web_page({.folder = arguments.page,
-                                          .model = drawer.path(),
-                                          .name = std::filesystem::path(uncompressed_name(arguments.input))
-                                                      .filename()
-                                                      .replace_extension(".pbvg")
-                                                      .string(),
-                                          .metadata = drawer.metadata(),
-                                          .view = view,
-                                          .camera = camera,
-                                          .extent = drawer.extent(),
-                                          .up = up_of(view, drawer.grid()),
-                                          .poster = picture});
-        if (!page)
-            return fail("--page", page.error());
-        statistics.page = *page;
-    }
+    if (!arguments.page.empty())
+        if (const auto failed = make_page(arguments, drawer, camera, picture, statistics))
+            return *failed;
     if (arguments.bench > 0) {
         const auto timed = bench(drawer, first_frame(view, drawer), arguments.bench, picture);
         if (!timed)

@@ -2,6 +2,7 @@
 
 #include "command_line/command_line.h"
 #include "command_line/web_viewer.h"
+#include "pbm_format/hashes/hash.h"
 #include "pbm_render/camera/camera.h"
 #include "system/files/file_names.h"
 #include "system/files/file_replacement.h"
@@ -16,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iomanip>
 #include <limits>
 #include <sstream>
 #include <utility>
@@ -26,7 +28,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char *kViewer = "pbm-viewer", *kPoster = "poster.jpg"; // folder, and a file in it
+constexpr const char *kViewer = "pbm-viewer";                                                        // folder
+constexpr const char *kPoster = "poster.jpg", *kTurned = "poster-turned.jpg", *kStyles = "page.css"; // files in it
 constexpr int kPosterQuality = 80;
 
 Error of_file(const fs::path &file, Error error) {
@@ -55,11 +58,44 @@ Status put_file(const fs::path &from, const fs::path &to) {
     return file ? write_file(to, file->bytes()) : Status(of_file(from, file.error()));
 }
 
+// The query of an address that changes with the contents of a file.
+std::string version_of(ByteView bytes) {
+    std::ostringstream text;
+    text << "?v=" << std::hex << std::setw(8) << std::setfill('0') << (hash64(bytes) & 0xFFFFFFFF);
+    return text.str();
+}
+
+// Writes a file into the folder pbm-viewer of a page. Returns its address.
+Result<std::string> put_made(const fs::path &folder, const std::string &name, ByteView bytes) {
+    if (Status written = write_file(folder / kViewer / name, bytes); !written)
+        return std::move(written).error();
+    return std::string("./") + kViewer + "/" + name + version_of(bytes);
+}
+
+nlohmann::json metadata_of(const WebPage &page) { return nlohmann::json::parse(page.metadata, nullptr, false); }
+
 std::string title_of(const WebPage &page) {
-    const nlohmann::json metadata = nlohmann::json::parse(page.metadata, nullptr, false);
+    const nlohmann::json metadata = metadata_of(page);
     if (metadata.is_object() && metadata.contains("name") && metadata["name"].is_string())
         return metadata["name"];
     return fs::path(page.name).stem().string();
+}
+
+// The smaller one of half the vertical and half the horizontal view angle.
+double half_angle(double view_angle, glm::ivec2 size) {
+    const double vertical = view_angle / 2;
+    return std::min(vertical, std::atan(std::tan(vertical) * size.x / size.y));
+}
+
+// What search engines and previews say of a page.
+std::string description_of(const WebPage &page) {
+    const bool is_german = page.language == "de" || page.language.starts_with("de-");
+    std::string text =
+        title_of(page) + (is_german ? ": ein 3D-Scan zum Drehen und Vergrößern." : ": a 3D scan to turn and zoom.");
+    const nlohmann::json metadata = metadata_of(page);
+    if (metadata.is_object() && metadata.contains("credit") && metadata["credit"].is_string())
+        text += " " + metadata["credit"].get<std::string>();
+    return text;
 }
 
 // The distance that the element calls 100 % (orbitFrom in bindings/web/viewer/orbit.js): the sphere around the model's
@@ -70,9 +106,8 @@ double whole_radius(const WebPage &page) {
         lowest = glm::min(lowest, corner);
         highest = glm::max(highest, corner);
     }
-    const double vertical = page.camera.view_angle / 2;
-    const double horizontal = std::atan(std::tan(vertical) * page.poster.width / page.poster.height);
-    return glm::length(highest - lowest) / 2 / std::sin(std::min(vertical, horizontal));
+    return glm::length(highest - lowest) / 2 /
+           std::sin(half_angle(page.camera.view_angle, {page.poster.width, page.poster.height}));
 }
 
 // The attributes of a camera that the command line asks for; without one the element frames the model itself.
@@ -161,15 +196,52 @@ Status copy_viewer(const fs::path &from, const fs::path &to, WebPageSizes &sizes
     return {};
 }
 
+struct PageContents {
+    ByteView poster, turned, model;
+};
+
+// Posters, styles and index.html, unless it is to stay. Adds the size of the page.
+Status write_texts(const fs::path &viewer, const WebPage &page, const PageContents &contents, WebPageSizes &sizes) {
+    const fs::path folder = page.folder;
+    const Result<std::string> form = read_text(viewer / command_line::kPageForm);
+    const Result<std::string> style_form = read_text(viewer / kStyles);
+    if (!form || !style_form)
+        return form ? style_form.error() : form.error();
+    const std::string background = background_of(page.view);
+    const std::string styles = filled(*style_form, {{"@BACKGROUND@", background}});
+    const Result<std::string> poster = put_made(folder, kPoster, contents.poster);
+    const Result<std::string> turned = put_made(folder, kTurned, contents.turned);
+    const Result<std::string> style = put_made(folder, kStyles, as_bytes(styles));
+    for (const Result<std::string> *made : {&poster, &turned, &style})
+        if (!*made)
+            return made->error();
+    const bool is_wide = page.poster.width >= page.poster.height;
+    const std::string base = page.url.empty() || page.url.ends_with('/') ? page.url : page.url + "/";
+    const std::string text = command_line::sealed_page(
+        filled(*form, {{"@LANGUAGE@", command_line::markup(page.language)},
+                       {"@TITLE@", command_line::markup(title_of(page))},
+                       {"@DESCRIPTION@", command_line::markup(description_of(page))},
+                       {"@MODEL@", "./" + uri_of(page.name) + version_of(contents.model)},
+                       {"@WIDE@", is_wide ? *poster : *turned},
+                       {"@NARROW@", is_wide ? *turned : *poster},
+                       {"@IMAGE@", base.empty() ? *poster : command_line::markup(base) + poster->substr(2)},
+                       {"@STYLES@", *style},
+                       {"@BACKGROUND@", background},
+                       {"@VIEW@", view_attributes(page)}}));
+    sizes.page = text.size() + styles.size();
+    return sizes.is_kept ? Status() : write_file(folder / command_line::kPage, as_bytes(text));
+}
+
 } // namespace
+
+double distance_factor(double view_angle, glm::ivec2 from, glm::ivec2 to) {
+    return std::sin(half_angle(view_angle, from)) / std::sin(half_angle(view_angle, to));
+}
 
 Result<WebPageSizes> write_web_page(const WebPage &page) {
     const Result<std::string> viewer = command_line::find_web_viewer(page.folder);
     if (!viewer)
         return viewer.error();
-    const Result<std::string> form = read_text(fs::path(*viewer) / command_line::kPageForm);
-    if (!form)
-        return form.error();
     const fs::path folder = page.folder;
     std::error_code error;
     fs::create_directories(folder / kViewer, error);
@@ -180,22 +252,18 @@ Result<WebPageSizes> write_web_page(const WebPage &page) {
         return copied.error();
     if (Status copied = put_file(page.model, folder / page.name); !copied)
         return copied.error();
-    sizes.model = fs::file_size(folder / page.name, error);
+    const Result<MappedFile> model = MappedFile::open((folder / page.name).string());
+    if (!model)
+        return of_file(folder / page.name, model.error());
+    sizes.model = model->bytes().size();
     const Result<Bytes> poster = encode_jpeg(page.poster, kPosterQuality);
-    if (!poster)
-        return poster.error();
-    sizes.poster = poster->size();
-    if (Status written = write_file(folder / kViewer / kPoster, *poster); !written)
-        return written.error();
-    const std::string text = filled(*form, {{"@TITLE@", command_line::markup(title_of(page))},
-                                            {"@MODEL@", "./" + uri_of(page.name)},
-                                            {"@POSTER@", std::string("./") + kViewer + "/" + kPoster},
-                                            {"@BACKGROUND@", background_of(page.view)},
-                                            {"@VIEW@", view_attributes(page)}});
-    sizes.page = text.size();
-    if (Status written = write_file(folder / command_line::kPage, as_bytes(text)); !written)
-        return written.error();
-    return sizes;
+    const Result<Bytes> turned = encode_jpeg(page.turned, kPosterQuality);
+    if (!poster || !turned)
+        return poster ? turned.error() : poster.error();
+    sizes.poster = std::max(poster->size(), turned->size());
+    sizes.is_kept = command_line::is_edited_page(page.folder);
+    const Status written = write_texts(*viewer, page, {*poster, *turned, model->bytes()}, sizes);
+    return written ? Result<WebPageSizes>(sizes) : written.error();
 }
 
 } // namespace pbm

@@ -1,0 +1,34 @@
+// Functions of the C library that JavaScript has, too. The library's own take 14 KB of the download: tables, and
+// arithmetic of 128 bits. What is drawn depends on none of them to the last bit.
+
+extern "C" {
+
+// callbacks.js
+double pbm_web_power(double base, double exponent);
+double pbm_web_logarithm(double number);
+double pbm_web_number(const char *text, int *length);
+
+double pow(double base, double exponent) { return pbm_web_power(base, exponent); }
+
+double log(double number) { return pbm_web_logarithm(number); }
+
+// `text` is a decimal number and nothing else, as JSON's reader and standard_library.h have it.
+double strtod(const char *text, char **end) {
+    int length = 0;
+    const double number = pbm_web_number(text, &length);
+    if (end != nullptr)
+        *end = const_cast<char *>(text) + length;
+    return number;
+}
+
+// There are no system calls whose errors could have texts.
+int strerror_r(int, char *text, std::size_t size) {
+    if (size > 0)
+        *text = '\0';
+    return 0;
+}
+
+// The library has these in one object with strtod.
+float strtof(const char *text, char **end) { return static_cast<float>(strtod(text, end)); }
+long double strtold(const char *text, char **end) { return strtod(text, end); }
+}
