@@ -55,7 +55,8 @@ std::vector<std::vector<Sides>> decode_sides_of(Reader &reader) {
 bool are_second_sides(const PointRun &run, const Sides &sides) {
     bool same = run.chunk->normals.size() == sides.size();
     for (std::size_t i = 0; same && i < sides.size(); ++i)
-        same = run.origins[i] == sides.points[i] && run.chunk->normals[i] == (sides.values.normals[2 * i + 1] | kSideBits);
+        same =
+            run.origins[i] == sides.points[i] && run.chunk->normals[i] == (sides.values.normals[2 * i + 1] | kSideBits);
     return same;
 }
 

@@ -163,7 +163,7 @@ TEST(Sides, SidesWithOtherLightThanTheirPointAreKept) {
     Level &finest = model.levels.back();
     finest.points.colours = finest.sides.values.colours = {};
     finest.sides.values.shadows[0].assign(2 * finest.sides.size(), 1);
-    for (const std::uint8_t lit : {1, 0}) {
+    for (const std::uint8_t lit : {std::uint8_t{1}, std::uint8_t{0}}) {
         Model lit_model = model;
         lit_model.levels.back().points.shadows[0].assign(model.point_count(), lit);
         average_levels(lit_model, 1);
