@@ -238,6 +238,11 @@ TEST(GridChoice, AMeshGetsVoxelsOfAPixelOfTheFirstView) {
     EXPECT_NEAR(screen_voxel(bounds_of(wide), UpAxis::y, 10), 0.95 * 1920 / 1024, 1e-3);
     EXPECT_EQ(depth_of(wide), 11);
 
+    Surface line = sheet(1);
+    for (glm::dvec3 &p : line.positions)
+        p.y = p.x;
+    EXPECT_EQ(depth_of(line), kMinMeshDepth);
+
     Surface stack; // of 40 sheets: its model would be larger than any of 1.5 MB
     for (int i = 0; i < 40; ++i) {
         const Surface one = sheet(20);

@@ -332,6 +332,8 @@ int depth_of_screen(const Surface &surface, const Bounds &bounds, std::span<cons
     const bool is_coloured = !surface.colours.empty() || !surface.texture_ids.empty() || !surface.face_colours.empty();
     const double budget = std::max(kMinBudget, static_cast<double>(request.scan_bytes));
     const double area = relative_area(surface, bounds, threads);
+    if (!(area > 0)) // a line or a point has no detail
+        return depth;
     while (depth < kMaxScreenDepth && screen_voxel(bounds, request.up.value_or(UpAxis::y), depth) > kMaxScreenVoxel) {
         const double change =
             normal_change(surface, bounds, normals, centred_grid(bounds, depth + 1).voxel_size, threads);
