@@ -108,6 +108,11 @@ StreamEntry append_freely(const StreamContext &context, ByteView masks, const Po
     return append_any(raw_stream(context, masks, points), filter, planes, random, out);
 }
 
+StreamEntry append_raw_freely(const Bytes &raw, bool as_they_are, Random &random, Bytes &out) {
+    return as_they_are || raw.empty() ? append(raw, Filter::none, false, out)
+                                      : append_any(raw, Filter::none, {}, random, out);
+}
+
 StreamEntry append_field_freely(const Field &field, ByteView masks, ByteView points, ByteView parents, Random &random,
                                 Bytes &out) {
     const auto planes = filter_field(field, masks, points, parents);

@@ -12,6 +12,9 @@ namespace pbm::test {
 StreamEntry append_freely(const StreamContext &context, ByteView masks, const PointView &points,
                           const ChunkNodes &nodes, Random &random, Bytes &out);
 
+// The same of bytes without a filter, as they are or, unless `as_they_are`, perhaps as a frame.
+StreamEntry append_raw_freely(const Bytes &raw, bool as_they_are, Random &random, Bytes &out);
+
 // The same of a field's values in a chunk, whose nodes have the values `parents`.
 StreamEntry append_field_freely(const Field &field, ByteView masks, ByteView points, ByteView parents, Random &random,
                                 Bytes &out);

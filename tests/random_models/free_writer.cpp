@@ -6,6 +6,7 @@
 
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/chunks/chunk.h"
+#include "pbm_format/chunks/side_chunk.h"
 #include "pbm_format/container/field_sections.h"
 #include "pbm_format/container/section_encoder.h"
 #include "pbm_format/reading/reader.h"
@@ -36,6 +37,8 @@ class FreeWriter {
         add_levels();
         add_fields();
         add_shapes();
+        for (std::size_t level = 1; level < shapes_.size(); ++level)
+            add_sides_of_level(level);
         add_rasters();
         add_unknown_sections();
         return assemble();
@@ -157,7 +160,7 @@ class FreeWriter {
         const bool finest = level + 1 == model_.levels.size();
         const std::size_t start = out.size();
         std::uint64_t raw_bytes = 0;
-        entry.cone = random_cone(points.normals, random_);
+        entry.cone = has_sides(level, entry) ? NormalCone() : random_cone(points.normals, random_);
         for (const StreamInfo &stream : streams_of(set_)) {
             const StreamContext context{
                 .set = set_, .stream = stream, .level = static_cast<int>(level), .finest = finest};
@@ -171,8 +174,10 @@ class FreeWriter {
     // Only the cone of a mapped chunk is free to choose.
     std::uint64_t add_mapped_chunk(std::size_t level, ChunkEntry &entry, Bytes &out) {
         encode_chunk(model_, static_cast<int>(level), {.storage = Storage::mapped}, entry, out);
-        entry.cone = random_cone(
-            std::span(level_at(level).points.normals).subspan(entry.first_point, entry.shape.points), random_);
+        const std::span normals(level_at(level).points.normals);
+        entry.cone = has_sides(level, entry)
+                         ? NormalCone()
+                         : random_cone(normals.subspan(entry.first_point, entry.shape.points), random_);
         return entry.stored_bytes;
     }
 
@@ -289,6 +294,52 @@ class FreeWriter {
              .raw_bytes = raw_bytes,
              .count = first_point},
             std::move(values));
+    }
+
+    // 19.4.3: a chunk with sides has no cone.
+    bool has_sides(std::size_t level, const ChunkEntry &entry) const {
+        return !encode_sides(level_at(level).sides, entry, set_, static_cast<int>(level)).empty();
+    }
+
+    void add_sides_of_level(std::size_t level) {
+        if (level_at(level).sides.size() == 0)
+            return;
+        std::vector<PointStreamEntry> entries;
+        Bytes values;
+        ChunkEntry chunk;
+        std::uint64_t raw_bytes = 0;
+        for (const ChunkShape &shape : shapes_[level]) {
+            chunk.shape = shape;
+            const Bytes raw = encode_sides(level_at(level).sides, chunk, set_, static_cast<int>(level));
+            const std::size_t start = values.size();
+            const StreamEntry stored = append_raw_freely(raw, mapped_, random_, values);
+            entries.push_back({.hash = hash64(ByteView(values).subspan(start)),
+                               .stored_bytes = stored.stored_bytes,
+                               .raw_bytes = static_cast<std::uint32_t>(raw.size()),
+                               .zstd = stored.zstd});
+            raw_bytes += raw.size();
+            chunk.first_point += shape.points;
+        }
+        const Bytes directory = encode_stream_directory(entries);
+        const std::uint32_t instance = instance_of(PointStream::sides, static_cast<int>(level));
+        add({.type = SectionType::stream_directory,
+             .codec = Codec::raw,
+             .instance = instance,
+             .element_bytes = kPointStreamEntryBytes,
+             .alignment = random_alignment(),
+             .raw_bytes = directory.size(),
+             .count = entries.size()},
+            directory);
+        sections_.back().entry.flags = 0; // 19.1.1
+        add({.type = SectionType::stream_values,
+             .codec = mapped_ ? Codec::raw : Codec::zstd_chunks,
+             .instance = instance,
+             .element_bytes = 0,
+             .alignment = mapped_ ? kMappedChunksAlignment : random_alignment(),
+             .raw_bytes = raw_bytes,
+             .count = chunk.first_point},
+            std::move(values));
+        sections_.back().entry.flags = 0;
     }
 
     // Inserts sections of unknown, skippable types anywhere among the others: 3.2.4

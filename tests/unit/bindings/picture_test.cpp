@@ -367,7 +367,7 @@ TEST(CApiPicture, RefusesSizesAndOptionsThatAreNone) {
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.samples = -1; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.depth_cue = 4; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.light_follows = 3; }));
-    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.flags = 512; }));
+    EXPECT_TRUE(refuses([](pbm_render_options &o) { o.flags = 1024; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.finest_level = 17; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.max_error = -1; }));
     EXPECT_TRUE(refuses([](pbm_render_options &o) { o.max_error = std::numeric_limits<double>::quiet_NaN(); }));
