@@ -41,7 +41,7 @@ std::string seal_of(std::string_view page) {
 
 } // namespace
 
-std::string sealed_page(std::string page) { return page + seal_of(page); }
+std::string sealed_page(const std::string &page) { return page + seal_of(page); }
 
 bool is_edited_page(const std::string &folder) {
     const std::string page = read_page(fs::path(folder) / kPage);

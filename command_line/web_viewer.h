@@ -11,7 +11,7 @@ namespace pbm::command_line {
 inline constexpr const char *kPageForm = "page.html", *kPageFiles = "page_files.txt", *kPage = "index.html";
 
 // Adds to a page the line by which is_edited_page() knows whether somebody has changed the page since.
-std::string sealed_page(std::string page);
+std::string sealed_page(const std::string &page);
 
 // Whether `folder` holds a page that these programs wrote and somebody has changed, or that an earlier version wrote.
 bool is_edited_page(const std::string &folder);

@@ -231,7 +231,7 @@ Result<std::optional<Drawing::Fields>> fields_of(OpenModel &model, const Drawing
         Result<HiddenClasses> hidden = hidden_classes(reader.parameters(), setup.classes);
         if (!hidden)
             return hidden.error();
-        fields.hidden = std::move(*hidden);
+        fields.hidden = std::make_shared<const HiddenClasses>(std::move(*hidden));
         ranges.push_back(reader.section(SectionType::fields)->range());
     }
     const Result<FileBytes::Fetched> fetched = model.bytes.fetch(ranges);
@@ -479,7 +479,7 @@ Status Drawing::draw(const Request &request, Framebuffer &target) {
                          .relief = distance_of(drawn) / distance_of(camera)},
                         *pool_, target);
     }
-    if (const auto legend = fields_.colours ? legend_of(*fields_.colours, fields_.hidden) : std::nullopt;
+    if (const auto legend = fields_.colours ? legend_of(*fields_.colours, fields_.hidden.get()) : std::nullopt;
         legend && request.legend)
         draw_legend(*legend, target);
     return {};

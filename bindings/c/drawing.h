@@ -33,7 +33,7 @@ class Drawing {
     // What of the model's fields the setup needs.
     struct Fields {
         std::optional<FieldColours> colours{};
-        std::optional<HiddenClasses> hidden{};
+        std::shared_ptr<const HiddenClasses> hidden{};
     };
     // `bytes` must outlive the result. Throws Pending.
     static Result<std::unique_ptr<Drawing>> open(const FileBytes &bytes, const Setup &setup, Fields fields);

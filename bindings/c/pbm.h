@@ -286,8 +286,9 @@ typedef enum pbm_depth_cue {
 // lights is lit from beside the eye. Lights that follow the eye cast no shadows.
 typedef enum pbm_light_follows { PBM_LIGHTS_DEFAULT = 0, PBM_LIGHTS_EYE = 1, PBM_LIGHTS_MODEL = 2 } pbm_light_follows;
 
-// How points take light. PBM_SHADING_AUTO: a model without lights of its own whose points have colours takes a soft light,
-// under which a surface that faces the eye keeps its colour; everything else is lit. PBM_UNLIT: the colours alone.
+// How points take light. PBM_SHADING_AUTO: a model without lights of its own whose points have colours takes a soft
+// light, under which a surface that faces the eye keeps its colour; everything else is lit. PBM_UNLIT: the colours
+// alone.
 typedef enum pbm_shading { PBM_SHADING_AUTO = 0, PBM_LIT = 1, PBM_UNLIT = 2 } pbm_shading;
 
 // Colours of a field's values. viridis: dark violet over green to yellow; grey: black to white; classes: a colour for
@@ -339,7 +340,7 @@ typedef struct pbm_render_options {
     // them, "noise,ground,31", of the field "classification" or "class". Null or empty: all are drawn
     const char *drop_class;
     const char *show_class;
-    int32_t shading;    // pbm_shading
+    int32_t shading; // pbm_shading
     uint8_t background_below[4];
 } pbm_render_options;
 

@@ -97,6 +97,7 @@ HOMES = {
     r"(GL|epoxy)/.*": r"runtime/viewer/pbm-view/window/presenter\.cpp",
     r"(backends/)?imgui.*": r"runtime/viewer/pbm-view/window/(overlay|panel|start_page)\.cpp",
     r"isa-l/.*": r"runtime/viewer/pictures/image_writer\.cpp",
+    r"OpenEXR/.*|dlfcn\.h": r"runtime/viewer/pictures/exr_writer\.cpp",
     r"(jpeglib|jerror)\.h": r"tools/pbm_scan/images/image_decoder\.cpp|runtime/viewer/pictures/jpeg_encoder\.cpp",
     r"stb/stb_easy_font\.h": r"runtime/pbm_render/appearance/legend\.cpp",
     r"png\.h|webp/.*": r"tools/pbm_scan/images/image_decoder\.cpp",

@@ -268,11 +268,12 @@ def test_errors_in_words(display):
 
 
 def chunks_of_finest_level(model):
-    """Offset and size of the last section of a model without rasters: the chunks of its finest level."""
+    """Offset and size of the section of type 17 with the highest level. BVG.md 3.2"""
     data = model.read_bytes()
     table, count = (int.from_bytes(data[at : at + size], "little") for at, size in ((24, 8), (32, 4)))
     entries = [data[table + 64 * i : table + 64 * (i + 1)] for i in range(count)]
-    return max((int.from_bytes(e[24:32], "little"), int.from_bytes(e[32:40], "little")) for e in entries)
+    _, finest = max((int.from_bytes(e[8:12], "little"), e) for e in entries if int.from_bytes(e[0:4], "little") == 17)
+    return int.from_bytes(finest[24:32], "little"), int.from_bytes(finest[32:40], "little")
 
 
 def test_damage_out_of_view(display):

@@ -108,7 +108,7 @@ class Canvas {
 
 } // namespace
 
-std::optional<Legend> legend_of(const FieldColours &colours, const std::optional<HiddenClasses> &hidden) {
+std::optional<Legend> legend_of(const FieldColours &colours, const HiddenClasses *hidden) {
     if (colours.basis == ColourBasis::plain)
         return std::nullopt;
     if (colours.basis == ColourBasis::normal)
@@ -118,7 +118,7 @@ std::optional<Legend> legend_of(const FieldColours &colours, const std::optional
     Legend legend{.title = ascii(field.name + (field.unit.empty() ? "" : " (" + field.unit + ")")), .rows = {}};
     if (colours.map == ColourMap::classes) {
         for (const std::uint32_t stored : colours.labels) {
-            if (hidden && hidden->field == colours.field && hidden->hides[stored] != 0)
+            if (hidden != nullptr && hidden->field == colours.field && hidden->hides[stored] != 0)
                 continue;
             if (legend.rows.size() == kMaxRows) {
                 legend.rows.back() = {{96, 96, 96}, "more"};

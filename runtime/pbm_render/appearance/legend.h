@@ -25,7 +25,7 @@ struct Legend {
 };
 
 // None of plain colours. Classes that are `hidden` have no row.
-std::optional<Legend> legend_of(const FieldColours &colours, const std::optional<HiddenClasses> &hidden = {});
+std::optional<Legend> legend_of(const FieldColours &colours, const HiddenClasses *hidden = nullptr);
 
 // Draws the legend into the upper right corner, in the size of text that the picture's height suggests; not at all
 // where it would cover a third of the picture or more. Letters beyond ASCII are drawn as question marks.

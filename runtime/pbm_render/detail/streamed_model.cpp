@@ -27,7 +27,7 @@ std::uint64_t opening_bytes(const Reader &reader) {
 struct StreamedModel::Parts {
     Parts(Reader r, StreamingOptions options)
         : reader(std::move(r)), colours(std::move(options.field)), hidden(std::move(options.hidden)),
-          loader(reader, colours ? &*colours : nullptr, hidden ? &*hidden : nullptr), cache(options.max_memory),
+          loader(reader, colours ? &*colours : nullptr, hidden.get()), cache(options.max_memory),
           finest(reader.depth()), bytes_read(opening_bytes(reader)),
           scheduler(loader, cache, mutex, options.threads, std::move(options.pool), std::move(options.arrived)) {}
 
@@ -42,7 +42,7 @@ struct StreamedModel::Parts {
 
     Reader reader;
     const std::optional<FieldColours> colours;
-    const std::optional<HiddenClasses> hidden;
+    const std::shared_ptr<const HiddenClasses> hidden;
     ChunkLoader loader;
     std::mutex mutex; // guards cache and errors
     ChunkCache cache;

@@ -25,7 +25,6 @@
 
 #include "pbm_format/reading/reader.h"
 #include "pbm_render/appearance/field_colours.h"
-#include "pbm_render/appearance/hidden_classes.h"
 #include "pbm_render/bricks/point_run.h"
 #include "pbm_render/camera/framing.h"
 #include "pbm_render/detail/detail_view.h"
@@ -38,6 +37,8 @@
 
 namespace pbm {
 
+struct HiddenClasses; // pbm_render/appearance/hidden_classes.h
+
 struct StreamingOptions {
     int threads = 0;                              // decoding threads; 0: one per processor
     std::shared_ptr<ThreadPool> pool = nullptr;   // of `load`; null: one of its own
@@ -46,7 +47,7 @@ struct StreamingOptions {
     // The colours that points are drawn in: renderers take with_field_colours(parameters). The file must have the
     // field, and the source the ranges of colour_sample_ranges.
     std::optional<FieldColours> field = {};
-    std::optional<HiddenClasses> hidden = {}; // points that are left out; likewise
+    std::shared_ptr<const HiddenClasses> hidden = nullptr; // points that are left out; likewise
 };
 
 struct StreamingStatistics {

@@ -149,8 +149,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
                                    "A scan is drawn as the model that pbm-build makes of it."};
     line.add("FILE", "Model to draw, or a scan", &arguments.input, {.required = true});
     line.topic = "Output";
-    line.add("-o,--output", "Picture: .png, .bmp; .exr for compositing; - for standard output (PNG)", &arguments.output,
-             {.type = "FILE"});
+    line.add("-o,--output", "Picture, .png, .bmp, .exr; - for standard output", &arguments.output, {.type = "FILE"});
     line.add("--depth-output", "PFM file of depths: distance along the view direction in model units, +inf where empty",
              &arguments.depth_output, {.type = "FILE"});
     line.add("--page",
@@ -173,8 +172,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     add_renderer_option(line, arguments.view);
     add_scan_options(line, arguments.scans);
     bool no_background = false;
-    line.add("--no-background", "Transparent where nothing is drawn, without panorama", &no_background,
-             {.topic = "Look"});
+    line.add("--no-background", "Transparent where nothing is, without panorama", &no_background, {.topic = "Look"});
     line.add("--bench", "Draw N more frames once round the focal point; print their times", &arguments.bench,
              {.check = command_line::Integers{1, 100000}, .topic = "Output"});
     add_video_options(line, arguments.choice);

@@ -48,7 +48,7 @@ Status ModelDrawer::load(const Camera &camera, glm::ivec2 size, Motion motion) {
     }
     if (whole_)
         return {};
-    auto whole = load_scene(path_, options_.load, scene_->colours, scene_->hidden);
+    auto whole = load_scene(path_, options_.load, scene_->colours, scene_->hidden.get());
     if (!whole)
         return whole.error();
     whole_ = std::move(*whole);
@@ -68,7 +68,7 @@ RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, Mo
             ThreadPool pool(1);
             add_depth_cue(look_.depth_cue(), camera, grid().edge(), pool, target);
         }
-        if (const auto legend = scene_->colours ? legend_of(*scene_->colours, scene_->hidden) : std::nullopt;
+        if (const auto legend = scene_->colours ? legend_of(*scene_->colours, scene_->hidden.get()) : std::nullopt;
             legend && options_.look.legend)
             draw_legend(*legend, target);
         for (std::size_t task = 0; task < tasks.count; ++task)

@@ -3,6 +3,7 @@
 #include "command_line/command_line.h"
 #include "command_line/web_viewer.h"
 #include "pbm_format/hashes/hash.h"
+#include "pbm_format/model/las_classes.h"
 #include "pbm_render/camera/camera.h"
 #include "system/files/file_names.h"
 #include "system/files/file_replacement.h"

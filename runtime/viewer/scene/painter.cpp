@@ -65,8 +65,8 @@ Float4 linear_of(std::uint32_t pixel, const ColourTable &colours) {
 } // namespace
 
 Painter::Painter(const StreamedScene &scene, int threads, std::shared_ptr<ThreadPool> pool)
-    : scene_(scene), legend_(scene.colours ? legend_of(*scene.colours, scene.hidden) : std::nullopt), threads_(threads),
-      pool_(std::move(pool)) {}
+    : scene_(scene), legend_(scene.colours ? legend_of(*scene.colours, scene.hidden.get()) : std::nullopt),
+      threads_(threads), pool_(std::move(pool)) {}
 
 Appearance Painter::appearance(const Look &look) const {
     Appearance appearance = appearance_for(look);

@@ -65,7 +65,7 @@ Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, Strea
         auto hidden = hidden_classes(parameters, classes);
         if (!hidden)
             return hidden.error();
-        options.hidden = std::move(*hidden);
+        options.hidden = std::make_shared<const HiddenClasses>(std::move(*hidden));
     }
     std::optional<ColourBy> colour_by = look.colour_by;
     if (colour_by && colour_by->if_there && !can_colour_by(parameters, colour_by->field))
@@ -87,18 +87,18 @@ Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, Strea
 
 Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options,
                                                 const std::optional<FieldColours> &colours,
-                                                const std::optional<HiddenClasses> &hidden) {
+                                                const HiddenClasses *hidden) {
     auto opened = open_file(path, Use::whole);
     if (!opened)
         return opened.error();
     LoadOptions load = options;
-    load.fields = hidden || (colours && colours->basis == ColourBasis::field);
+    load.fields = hidden != nullptr || (colours && colours->basis == ColourBasis::field);
     auto model = load_model(opened->reader, load);
     if (!model)
         return model.error();
     if (colours)
         colour_by_field(*model, *colours);
-    if (hidden)
+    if (hidden != nullptr)
         hide_points(*model, *hidden);
     const StreamingStatistics cost = cost_of(opened->reader, *model);
     return std::make_shared<const Scene>(std::move(*model), cost);

@@ -28,8 +28,8 @@ struct StreamedScene {
     StreamedScene &operator=(const StreamedScene &) = delete;
 
     const MappedFile file;
-    const std::optional<FieldColours> colours; // that the points show in place of their own
-    const std::optional<HiddenClasses> hidden; // that are left out
+    const std::optional<FieldColours> colours;         // that the points show in place of their own
+    const std::shared_ptr<const HiddenClasses> hidden; // that are left out; null: none
     StreamedModel model;
     const UnaskedLook unasked;
     const ModelParameters drawn;                            // as the renderers take them
@@ -64,7 +64,7 @@ Status check_scene(const std::string &path);
 // is not needed afterwards.
 Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options,
                                                 const std::optional<FieldColours> &colours = {},
-                                                const std::optional<HiddenClasses> &hidden = {});
+                                                const HiddenClasses *hidden = nullptr);
 
 // Appends to the error what a user of `program` can do about it.
 Error with_advice(std::string_view program, Error error);

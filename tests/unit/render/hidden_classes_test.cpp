@@ -77,7 +77,9 @@ template <class Renderer>
 Seen seen_streamed(const Model &model, const FieldColours &colours, const std::optional<HiddenClasses> &hidden,
                    Storage storage, int level, const Camera &camera) {
     const Bytes file = value_of(encode_model(model, {.storage = storage, .chunk_points = 512}));
-    StreamedModel streamed(value_of(Reader::open(file)), {.threads = 1, .field = colours, .hidden = hidden});
+    StreamedModel streamed(
+        value_of(Reader::open(file)),
+        {.threads = 1, .field = colours, .hidden = hidden ? std::make_shared<const HiddenClasses>(*hidden) : nullptr});
     const ModelParameters parameters = with_field_colours(streamed.reader().parameters(), colours);
     const Detail detail =
         value_of(streamed.load({.camera = camera, .width = kEdge, .height = kEdge, .max_error = 0.1, .finest = level}));
@@ -139,7 +141,8 @@ TEST(HiddenClasses, GoWithTheColoursOfAnotherField) {
     EXPECT_EQ(hidden.field, 3U); // "classification" wins over "class"
     StreamedModel all(value_of(Reader::open(file)), {.threads = 1});
     const FieldColours colours = field_colours(1, model.parameters.fields[1], {}, {});
-    StreamedModel some(value_of(Reader::open(file)), {.threads = 1, .field = colours, .hidden = hidden});
+    StreamedModel some(value_of(Reader::open(file)),
+                       {.threads = 1, .field = colours, .hidden = std::make_shared<const HiddenClasses>(hidden)});
     const auto top = [](StreamedModel &shown) { // from -2 to 0
         double highest = -2;
         for (const glm::dvec3 &corner : value_of(shown.bounds()).corners)
@@ -171,8 +174,8 @@ TEST(HiddenClasses, HaveNoRowInTheLegend) {
     const FieldColours colours = field_colours(0, kClass, {}, model.levels.back().fields[0]);
     const HiddenClasses hidden = value_of(hidden_classes(model.parameters, {.dropped{1U << kNoise}, .shown{}}));
     EXPECT_EQ(legend_of(colours)->rows.size(), 2U);
-    ASSERT_EQ(legend_of(colours, hidden)->rows.size(), 1U);
-    EXPECT_EQ(legend_of(colours, hidden)->rows[0].text, "2");
+    ASSERT_EQ(legend_of(colours, &hidden)->rows.size(), 1U);
+    EXPECT_EQ(legend_of(colours, &hidden)->rows[0].text, "2");
 }
 
 } // namespace
