@@ -4,6 +4,7 @@
 #include "pbm_format/hashes/hash.h"
 #include "pbm_format/model/octree.h"
 #include "pbm_format/reading/load_model.h"
+#include "pbm_format/reading/side_reader.h"
 
 #include <algorithm>
 #include <array>
@@ -221,8 +222,12 @@ Result<const LevelDirectory *> OpenModel::directory(int level) {
 
 namespace {
 
-// Appends the ranges of the file that hold the chunks of a level.
+// Appends the ranges of the file that hold the chunks of a level, and their sides.
 void list_chunks(const Reader &reader, int level, std::vector<FileRange> &ranges) {
+    const SideReader sides(reader);
+    for (const FileRange range : {sides.directory_range(level), sides.values_range(level)})
+        if (range.bytes > 0)
+            ranges.push_back(range);
     for (const SectionType type : {SectionType::level_chunks, SectionType::level_bricks})
         if (const SectionEntry *section = reader.section(type, static_cast<std::uint32_t>(level)))
             ranges.push_back(section->range());

@@ -926,22 +926,22 @@ def test_panel(display):
         view.key("Return")
         view.next_frame("key", "Tab")
         # Makes a light brighter, then resets it.
-        view.next_frame(*clicked(239))
-        view.act(*clicked(343, left + 140))
-        view.next_frame(*clicked(239))
+        view.next_frame(*clicked(265))
+        view.act(*clicked(369, left + 140))
+        view.next_frame(*clicked(265))
         view.next_frame("key", "Tab")
         brighter = view.grab()
         check(sum(brighter[2]) > sum(rendered("model.pbvg", *view.view())[2]), "the light is not brighter")
         view.next_frame("key", "Tab")
-        view.act(*clicked(291))
+        view.act(*clicked(317))
         view.next_frame("key", "Tab")
         check_same_in_the_end(view, "model.pbvg", "the look after Reset")
         check(view.quit() == 0, "Escape does not end with 0")
     # Keys typed into a number field, including Escape and Return, are not commands of the window.
-    field = (left + 60, 369)
+    field = (left + 60, 395)
     with View(display, "--panel", "model.pbvg", size=size) as view:
         check(view.grab() != first, "--panel does not show it")
-        view.next_frame(*clicked(239))
+        view.next_frame(*clicked(265))
         view.next_frame("mousemove", *field, "sleep", "0.1", "keydown", "ctrl", "click", 1, "keyup", "ctrl")
         camera = view.vectors()
         view.act("key", "c", "key", "4", "key", "5", "key", "Left", "key", "Escape")
@@ -981,8 +981,8 @@ def test_fields(display):
         view.key("Right")
         camera = view.vectors()
         view.next_frame("key", "Tab")
-        view.next_frame("mousemove", 360, 182, "sleep", "0.1", "click", 1)  # the list of fields
-        view.act("mousemove", 340, 269, "sleep", "0.1", "click", 1)         # its last line
+        view.next_frame("mousemove", 360, 208, "sleep", "0.1", "click", 1)  # the list of fields
+        view.act("mousemove", 340, 295, "sleep", "0.1", "click", 1)         # its last line
         check("--colour-by=class" in view.view(), f"another field: {view.view()}")
         check(view.vectors() == camera, "the camera moved")
         view.next_frame("key", "Tab")

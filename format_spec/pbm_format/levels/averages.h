@@ -18,6 +18,9 @@ struct CommonSums {
     bool two_sided = false;        // any child is
 };
 
+// The normal of a wall's plane, whose normals cancel: the column of the moment with the largest diagonal. BVG.md 7.3
+std::array<std::int64_t, 3> plane_normal(const CommonSums &sums);
+
 // Adds the sums of the remaining streams.
 struct PointSums : CommonSums {
     std::array<std::uint64_t, kMaxMaterials> materials{}; // votes

@@ -51,18 +51,11 @@ bool is_half_as_long(const CommonSums &sums) {
 std::uint16_t average_normal(const CommonSums &sums) {
     if (!sums.two_sided && is_half_as_long(sums))
         return quantise_normal(sums.normal);
-    const auto &m = sums.moment;
-    const std::array<std::array<std::int64_t, 3>, 3> columns{
-        {{m[0], m[1], m[2]}, {m[1], m[3], m[4]}, {m[2], m[4], m[5]}}};
-    std::size_t axis = 0;
-    for (std::size_t k = 1; k < 3; ++k)
-        if (columns[k][k] > columns[axis][axis])
-            axis = k;
+    std::array<std::int64_t, 3> normal = plane_normal(sums);
     // Of the plane's two normals, take the one on the side of the sum: an only child's normal then stays the same.
     double along = 0;
     for (std::size_t c = 0; c < 3; ++c)
-        along += static_cast<double>(columns[axis][c]) * static_cast<double>(sums.normal[c]);
-    std::array<std::int64_t, 3> normal = columns[axis];
+        along += static_cast<double>(normal[c]) * static_cast<double>(sums.normal[c]);
     if (along < 0)
         for (std::int64_t &component : normal)
             component = -component;
@@ -205,6 +198,17 @@ bool needs_every_sum(const AttributeSet &set) {
 }
 
 } // namespace
+
+std::array<std::int64_t, 3> plane_normal(const CommonSums &sums) {
+    const auto &m = sums.moment;
+    const std::array<std::array<std::int64_t, 3>, 3> columns{
+        {{m[0], m[1], m[2]}, {m[1], m[3], m[4]}, {m[2], m[4], m[5]}}};
+    std::size_t axis = 0;
+    for (std::size_t k = 1; k < 3; ++k)
+        if (columns[k][k] > columns[axis][axis])
+            axis = k;
+    return columns[axis];
+}
 
 void PointSums::add(const PointSums &other) {
     const auto add_all = [](auto &to, const auto &from) {

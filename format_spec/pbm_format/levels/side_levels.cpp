@@ -33,18 +33,6 @@ double coherence(const CommonSums &sums) {
     return dot(sums.normal, sums.normal) / (most * most);
 }
 
-// The column of the moment with the largest diagonal: the normal of a wall's plane (7.3).
-std::array<std::int64_t, 3> plane_axis(const CommonSums &sums) {
-    const auto &m = sums.moment;
-    const std::array<std::array<std::int64_t, 3>, 3> columns{
-        {{m[0], m[1], m[2]}, {m[1], m[3], m[4]}, {m[2], m[4], m[5]}}};
-    std::size_t axis = 0;
-    for (std::size_t k = 1; k < 3; ++k)
-        if (columns[k][k] > columns[axis][axis])
-            axis = k;
-    return columns[axis];
-}
-
 // What lies below a node: all of it faces one way, or it has two sides.
 struct NodeSides {
     std::array<PointSums, 2> sums;
@@ -156,7 +144,7 @@ class SideGatherer {
         NodeSides sides{.sums = {all, {}}, .count = 1};
         if (coherence(all) >= kOneWay * kOneWay)
             return sides;
-        const std::array<std::int64_t, 3> axis = plane_axis(all);
+        const std::array<std::int64_t, 3> axis = plane_normal(all);
         std::array<PointSums, 2> halves;
         for (std::size_t i = first; i < stack_.size(); ++i)
             halves[dot(axis, stack_[i].normal) < 0 ? 1 : 0].add(stack_[i]);
@@ -270,12 +258,7 @@ class SideGatherer {
 
 void append_sides(const Sides &from, const AttributeSet &set, Sides &to) {
     to.points.insert(to.points.end(), from.points.begin(), from.points.end());
-    for_columns(
-        set,
-        [](const StreamInfo &, std::size_t, auto &column, const auto &more) {
-            column.insert(column.end(), more.begin(), more.end());
-        },
-        to.values, from.values);
+    to.values.append(from.values, set);
 }
 
 // Removes the sides of points that show both of them.

@@ -73,6 +73,15 @@ void PointAttributes::resize(std::size_t points, const AttributeSet &set) {
         set, [&](const StreamInfo &, std::size_t width, auto &column) { column.resize(points * width); }, *this);
 }
 
+void PointAttributes::append(const PointAttributes &more, const AttributeSet &set) {
+    for_columns(
+        set,
+        [](const StreamInfo &, std::size_t, auto &to, const auto &from) {
+            to.insert(to.end(), from.begin(), from.end());
+        },
+        *this, more);
+}
+
 PointView view_points(const PointAttributes &points, std::size_t first, std::size_t count, const AttributeSet &set) {
     PointView view;
     for_columns(

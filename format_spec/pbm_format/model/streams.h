@@ -145,6 +145,7 @@ using PointView = PointColumns<std::span<const std::uint16_t>, ByteView>;
 struct PointAttributes : PointColumns<std::vector<std::uint16_t>, Bytes> {
     std::size_t size() const { return normals.size(); }
     void resize(std::size_t points, const AttributeSet &set);
+    void append(const PointAttributes &more, const AttributeSet &set);
     bool operator==(const PointAttributes &) const = default;
 };
 

@@ -8,8 +8,8 @@ namespace pbm {
 SideReader::SideReader(const Reader &reader)
     : reader_(&reader), directories_(static_cast<std::size_t>(reader.depth()) + 1) {}
 
-FileRange SideReader::directory_range(int level) const {
-    const SectionEntry *const entry = section(SectionType::stream_directory, level);
+FileRange SideReader::range_of(SectionType type, int level) const {
+    const SectionEntry *const entry = section(type, level);
     return entry == nullptr ? FileRange{} : entry->range();
 }
 

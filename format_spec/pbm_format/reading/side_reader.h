@@ -14,7 +14,9 @@ class SideReader {
     // Whether points of the level have sides.
     bool has(int level) const { return section(SectionType::stream_directory, level) != nullptr; }
     // The directory of the sides of a level; no bytes if it has none.
-    FileRange directory_range(int level) const;
+    FileRange directory_range(int level) const { return range_of(SectionType::stream_directory, level); }
+    // The sides of all chunks of a level; no bytes if it has none.
+    FileRange values_range(int level) const { return range_of(SectionType::stream_values, level); }
 
     // Verifies and returns the directory of the sides of a level, which has some.
     Result<std::vector<PointStreamEntry>> directory(const LevelDirectory &level) const;
@@ -31,6 +33,7 @@ class SideReader {
     Status load(int level, std::size_t index, const ChunkEntry &chunk, ByteView stored, Sides &to) const;
 
   private:
+    FileRange range_of(SectionType type, int level) const;
     const SectionEntry *section(SectionType type, int level) const {
         return reader_->section(type, instance_of(PointStream::sides, level));
     }

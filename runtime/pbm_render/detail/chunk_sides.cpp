@@ -84,8 +84,13 @@ std::uint64_t ChunkSides::memory_of(const ChunkEntry &chunk, const AttributeSet 
     std::uint64_t row = 0;
     for (const StreamInfo &stream : streams_of(set))
         row += bytes_per_point(stream, set);
-    return chunk.shape.points * row + 3 * raw_bytes + 2 * ChunkOffsets::memory_of(chunk.shape) +
-           2 * chunk.shape.bricks * kBrickRecordBytes;
+    ChunkShape second = chunk.shape;
+    const std::uint64_t pairs_of_normals = raw_bytes / (2 * sizeof(std::uint16_t));
+    second.points = static_cast<std::uint32_t>(std::min<std::uint64_t>(second.points, pairs_of_normals));
+    second.nodes = std::min(second.nodes, second.points);
+    second.bricks = std::min(second.bricks, second.points);
+    return chunk.shape.points * row + 3 * raw_bytes + ChunkOffsets::memory_of(second) +
+           (chunk.shape.bricks + second.bricks) * kBrickRecordBytes;
 }
 
 void split_sides(Sides sides, const AttributeSet &set, int level, std::span<BrickRecord> bricks, ChunkView &view,

@@ -66,8 +66,7 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
     line.topic = "Look";
     command_line::add_choice(
         line, "--quality", "quality", kQualities, options.look.quality,
-        "fast: one colour a point; fine: points blended, several samples; auto (default): fine, but fast where "
-        "pictures move");
+        "fast: one colour a point; fine: several samples; auto (default): fine, but fast where pictures move");
     line.add("--samples", "Of a pixel of fine pictures", &options.look.samples,
              {.check = Integers{1, kMaxSamples}, .shows_default = true});
     line.add("--level", "Finest detail level to draw; default, and above the depth: the finest there is",

@@ -285,12 +285,7 @@ class BucketVoxelizer {
 
 void append_sides(const VoxelSides &from, const AttributeSet &set, VoxelSides &to) {
     to.codes.insert(to.codes.end(), from.codes.begin(), from.codes.end());
-    for_columns(
-        set,
-        [](const StreamInfo &, std::size_t, auto &column, const auto &more) {
-            column.insert(column.end(), more.begin(), more.end());
-        },
-        to.values, from.values);
+    to.values.append(from.values, set);
 }
 
 Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const BucketRange &range, const AttributeSet &set,
