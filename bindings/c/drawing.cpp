@@ -224,9 +224,8 @@ void copy_picture(const Framebuffer &drawn, double moved, const pbm_picture &to)
 Result<std::optional<Drawing::Fields>> fields_of(OpenModel &model, const Drawing::Setup &setup) {
     const Reader &reader = model.reader;
     Drawing::Fields fields;
-    std::vector<FileRange> ranges;
-    if (!setup.colour_by.empty())
-        ranges = colour_sample_ranges(reader, setup.colour_by);
+    std::vector<FileRange> ranges =
+        setup.colour_by.empty() ? one_colour_ranges(reader) : colour_sample_ranges(reader, setup.colour_by);
     if (!setup.classes.draws_all()) {
         Result<HiddenClasses> hidden = hidden_classes(reader.parameters(), setup.classes);
         if (!hidden)
@@ -244,6 +243,9 @@ Result<std::optional<Drawing::Fields>> fields_of(OpenModel &model, const Drawing
         if (!colours)
             return colours.error();
         fields.colours = std::move(*colours);
+    } else {
+        const Result<bool> one = has_one_colour(model.reader); // a picture tells of damage
+        fields.has_one_colour = one && *one;
     }
     return std::optional(std::move(fields));
 }
@@ -264,6 +266,7 @@ Result<Drawing *> drawing_of(OpenModel &model, Drawing::Setup setup) {
         setup.colour_by.clear();
         setup.colours = {};
         setup.classes = {};
+        setup.has_fields = !fields;
     }
     if (!is_open()) {
         model.drawing.reset();
@@ -408,6 +411,7 @@ Result<Detail> Drawing::load(const DetailView &view) {
 
 Appearance Drawing::appearance(const Request &request) const {
     Appearance appearance(model_.reader().parameters());
+    appearance.has_one_colour = fields_.has_one_colour;
     appearance.lights_follow = request.lights_follow.value_or(appearance.lights_follow);
     if (request.headlight)
         set_headlight(appearance, (*request.headlight)[0], (*request.headlight)[1]);

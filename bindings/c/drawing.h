@@ -28,12 +28,14 @@ class Drawing {
         std::string colour_by{};                      // as choose_field_colours takes it; empty: none
         ColourChoice colours{};
         ClassChoice classes{};
+        bool has_fields = true; // false: their bytes are missing, and the next picture may have them
         bool operator==(const Setup &) const = default;
     };
-    // What of the model's fields the setup needs.
+    // What the setup needs of the model's fields and of its coarsest levels.
     struct Fields {
         std::optional<FieldColours> colours{};
         std::shared_ptr<const HiddenClasses> hidden{};
+        bool has_one_colour = false;
     };
     // `bytes` must outlive the result. Throws Pending.
     static Result<std::unique_ptr<Drawing>> open(const FileBytes &bytes, const Setup &setup, Fields fields);

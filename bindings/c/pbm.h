@@ -286,9 +286,9 @@ typedef enum pbm_depth_cue {
 // lights is lit from beside the eye. Lights that follow the eye cast no shadows.
 typedef enum pbm_light_follows { PBM_LIGHTS_DEFAULT = 0, PBM_LIGHTS_EYE = 1, PBM_LIGHTS_MODEL = 2 } pbm_light_follows;
 
-// How points take light. PBM_SHADING_AUTO: a model without lights of its own whose points have colours takes a soft
-// light, under which a surface that faces the eye keeps its colour; everything else is lit. PBM_UNLIT: the colours
-// alone.
+// How points take light. PBM_SHADING_AUTO: a model without lights of its own whose points have more than one colour
+// takes a soft light, under which a surface that faces the eye keeps its colour; everything else is lit. PBM_UNLIT: the
+// colours alone.
 typedef enum pbm_shading { PBM_SHADING_AUTO = 0, PBM_LIT = 1, PBM_UNLIT = 2 } pbm_shading;
 
 // Colours of a field's values. viridis: dark violet over green to yellow; grey: black to white; classes: a colour for

@@ -125,7 +125,8 @@ ColourSource colour_source(const AttributeSet &set, const RenderOptions &options
 Appearance appearance_in_frame(const ModelParameters &parameters, const RenderOptions &options, const EyeAxes &eye,
                                Appearance appearance) {
     const ColourSource source = colour_source(parameters.attributes, options);
-    const bool shows_photographs = source == ColourSource::rgb565 || source == ColourSource::rgb888;
+    const bool shows_photographs =
+        !appearance.has_one_colour && (source == ColourSource::rgb565 || source == ColourSource::rgb888);
     const bool is_unedited = appearance.lights_follow == LightsFollow::eye &&
                              appearance.lights == default_lights(appearance.up) &&
                              appearance.materials == parameters.materials;

@@ -48,7 +48,8 @@ struct Appearance {
     std::vector<Material> materials; // as many as the file has
     std::vector<Light> lights;       // at most kMaxLights; the first ones own the file's shadow streams
     LightsFollow lights_follow = LightsFollow::model;
-    UpAxis up = UpAxis::y; // lights that follow the eye are stored as placed for the eye of front_axes(up)
+    bool has_one_colour = false; // all points do
+    UpAxis up = UpAxis::y;       // lights that follow the eye are stored as placed for the eye of front_axes(up)
     std::array<ShadowSource, kMaxLights> shadows{}; // of these
     std::array<Rgb8, 256> palette{};                // for the values of palette_stream
     std::array<Rgb8, 256> ground_palette{};
@@ -69,9 +70,10 @@ std::vector<Light> lights_to_keep(const Appearance &appearance, const ModelParam
 Appearance turn_lights(const EyeAxes &eye, const Grid &grid, Appearance appearance);
 
 // How points take light.
-//   automatic  points that show their own colours take a soft light, under which a surface that faces the eye keeps its
-//              colour: photographs have their light in them. It takes the place of default_lights, unless lights or
-//              materials were edited. Everything else is lit
+//   automatic  points that show their own colours, more than one, take a soft light, under which a surface that faces
+//   the
+//              eye keeps its colour: photographs have their light in them. It takes the place of default_lights, unless
+//              lights or materials were edited. Everything else is lit
 //   lit        by the lights and materials of the appearance
 //   unlit      every point has its own colour, or that of its material
 enum class Shading : std::uint8_t { automatic, lit, unlit };

@@ -58,10 +58,11 @@ int sample_level(const Reader &reader) {
     return level;
 }
 
-// Reads the levels up to that one. Calls `read(directory, chunk)` with each, which returns a Status.
-template <class Read> Status read_coarse_levels(Reader &reader, const Read &read) {
+// Reads the levels up to `finest`, each of a single chunk. Calls `read(directory, chunk)` with each, which returns a
+// Status.
+template <class Read> Status read_coarse_levels(Reader &reader, int finest, const Read &read) {
     Chunk parent = reader.root_chunk();
-    for (int level = 1; level <= sample_level(reader); ++level) {
+    for (int level = 1; level <= finest; ++level) {
         const Result<const LevelDirectory *> directory = reader.directory(level);
         if (!directory)
             return directory.error();
@@ -81,7 +82,7 @@ Result<Bytes> field_sample(Reader &reader, std::size_t field) {
     if (!fields)
         return fields.error();
     Bytes values = fields->root_value(field);
-    const Status read = read_coarse_levels(reader, [&](const LevelDirectory &directory, const Chunk &chunk) -> Status {
+    const auto read_level = [&](const LevelDirectory &directory, const Chunk &chunk) -> Status {
         if (Status known = fields->read_directory(directory); !known)
             return known;
         Bytes finer;
@@ -89,26 +90,44 @@ Result<Bytes> field_sample(Reader &reader, std::size_t field) {
             return loaded;
         values = std::move(finer);
         return {};
-    });
+    };
+    const Status read = read_coarse_levels(reader, sample_level(reader), read_level);
     return read ? Result<Bytes>(std::move(values)) : read.error();
 }
 
 // Stored heights of its points.
 Result<Bytes> height_sample(Reader &reader, std::size_t axis) {
     std::vector<MortonCode> codes{0};
-    const Status read = read_coarse_levels(reader, [&](const LevelDirectory &directory, const Chunk &chunk) -> Status {
+    const auto read_level = [&](const LevelDirectory &directory, const Chunk &chunk) -> Status {
         auto children = expand_level(codes, chunk.masks, static_cast<std::size_t>(directory.points));
         if (!children)
             return children.error();
         codes = std::move(*children);
         return {};
-    });
+    };
+    const Status read = read_coarse_levels(reader, sample_level(reader), read_level);
     if (!read)
         return read.error();
     Bytes heights(2 * codes.size());
     for (std::size_t i = 0; i < codes.size(); ++i)
         set_stored_value(heights, i, 2, stored_height(morton_decode(codes[i])[axis], sample_level(reader)));
     return heights;
+}
+
+// A few hundred points.
+int one_colour_level(const Reader &reader) {
+    return reader.parameters().attributes.colour == ColourFormat::none ? 0 : std::min(3, sample_level(reader));
+}
+
+// The ranges of the levels up to `finest`; `with_fields`: and those of their fields.
+void add_levels(const Reader &reader, int finest, bool with_fields, std::vector<FileRange> &ranges) {
+    for (int level = 1; level <= finest; ++level)
+        for (const SectionType type :
+             {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks,
+              SectionType::field_directory, SectionType::field_values})
+            if (const SectionEntry *section = reader.section(type, static_cast<std::uint32_t>(level));
+                section != nullptr && (with_fields || type < SectionType::field_directory))
+                ranges.push_back(section->range());
 }
 
 } // namespace
@@ -144,19 +163,30 @@ std::vector<FileRange> colour_sample_ranges(const Reader &reader, const std::str
     std::vector<FileRange> ranges;
     if (!is_field && (!basis || *basis == ColourBasis::normal || *basis == ColourBasis::plain))
         return ranges;
-    const auto add = [&](SectionType type, int level) {
-        if (const SectionEntry *section = reader.section(type, static_cast<std::uint32_t>(level)))
-            ranges.push_back(section->range());
-    };
     if (is_field)
-        add(SectionType::fields, 0);
-    for (int level = 1; level <= sample_level(reader); ++level)
-        for (const SectionType type :
-             {SectionType::level_directory, SectionType::level_bricks, SectionType::level_chunks,
-              SectionType::field_directory, SectionType::field_values})
-            if (is_field || type < SectionType::field_directory)
-                add(type, level);
+        ranges.push_back(reader.section(SectionType::fields)->range());
+    add_levels(reader, sample_level(reader), is_field, ranges);
     return ranges;
+}
+
+std::vector<FileRange> one_colour_ranges(const Reader &reader) {
+    std::vector<FileRange> ranges;
+    add_levels(reader, one_colour_level(reader), false, ranges);
+    return ranges;
+}
+
+Result<bool> has_one_colour(Reader &reader) {
+    const int finest = one_colour_level(reader);
+    const auto width =
+        static_cast<std::ptrdiff_t>(bytes_per_point({.kind = StreamKind::colour}, reader.parameters().attributes));
+    bool one = finest > 0;
+    const auto read_level = [&](const LevelDirectory &, const Chunk &chunk) -> Status {
+        const Bytes &colours = chunk.points.colours;
+        one = one && std::equal(colours.begin() + width, colours.end(), colours.begin());
+        return {};
+    };
+    const Status read = read_coarse_levels(reader, finest, read_level);
+    return read ? Result<bool>(one) : read.error();
 }
 
 Result<FieldColours> choose_field_colours(Reader &reader, const std::string &name, const ColourChoice &choice,

@@ -34,4 +34,12 @@ Result<FieldColours> choose_field_colours(Reader &reader, const std::string &nam
 // The ranges of the file that it reads, and that a StreamedModel with these colours opens with.
 std::vector<FileRange> colour_sample_ranges(const Reader &reader, const std::string &name);
 
+// Whether all points have the same colour, which is then one of paint or of a default rather than of photographs; false
+// for points without colours. Reads the first three levels.
+//
+// errors  those of the reader: the file is damaged
+Result<bool> has_one_colour(Reader &reader);
+// The ranges of the file that it reads.
+std::vector<FileRange> one_colour_ranges(const Reader &reader);
+
 } // namespace pbm

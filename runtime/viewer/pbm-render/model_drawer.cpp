@@ -23,7 +23,8 @@ Result<std::unique_ptr<ModelDrawer>> ModelDrawer::open(const std::string &path, 
 ModelDrawer::ModelDrawer(std::string path, const ViewOptions &options, std::unique_ptr<StreamedScene> scene,
                          Extent extent, std::shared_ptr<ThreadPool> pool)
     : path_(std::move(path)), options_(options), scene_(std::move(scene)), extent_(std::move(extent)),
-      look_(options.look, scene_->model.reader().parameters(), up_of(options, grid()), scene_->unasked.depth_cue) {
+      look_(options.look, scene_->model.reader().parameters(), up_of(options, grid()), scene_->unasked.depth_cue,
+            scene_->has_one_colour) {
     if (options_.renderer == Renderer::fast)
         painter_.emplace(*scene_, options_.load.threads, std::move(pool));
 }

@@ -11,9 +11,11 @@ namespace pbm {
 struct Look {
     // `up`: of the view that default lights, and lights that follow the eye, are given for. `cue`: of the model where
     // nobody asks for one.
-    Look(const LookOptions &look, const ModelParameters &parameters, UpAxis up, DepthCue cue = DepthCue::none)
+    Look(const LookOptions &look, const ModelParameters &parameters, UpAxis up, DepthCue cue = DepthCue::none,
+         bool has_one_colour = false)
         : options(look), appearance(parameters), unasked_cue(cue) {
         appearance.up = up;
+        appearance.has_one_colour = has_one_colour;
         if (parameters.lights.empty())
             appearance.lights = default_lights(up);
     }

@@ -81,8 +81,9 @@ Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, Strea
     auto images = read_images(opened->reader);
     if (!images)
         return images.error();
+    const Result<bool> one_colour = has_one_colour(opened->reader); // the first picture tells of damage
     return std::make_unique<StreamedScene>(std::move(opened->file), std::move(opened->reader), std::move(*images),
-                                           std::move(options));
+                                           std::move(options), one_colour && *one_colour);
 }
 
 Result<std::shared_ptr<const Scene>> load_scene(const std::string &path, const LoadOptions &options,

@@ -19,8 +19,8 @@ namespace pbm {
 
 // A model that is loaded chunk by chunk. Not movable.
 struct StreamedScene {
-    StreamedScene(MappedFile mapped, Reader reader, TiledImages images, StreamingOptions options)
-        : file(std::move(mapped)), colours(options.field), hidden(options.hidden),
+    StreamedScene(MappedFile mapped, Reader reader, TiledImages images, StreamingOptions options, bool one_colour)
+        : file(std::move(mapped)), has_one_colour(one_colour), colours(options.field), hidden(options.hidden),
           model(std::move(reader), std::move(options)), unasked(unasked_look(model.reader())),
           drawn(colours ? with_field_colours(model.reader().parameters(), *colours) : model.reader().parameters()),
           surroundings(std::make_shared<const Surroundings>(model.reader().parameters(), std::move(images))) {}
@@ -28,6 +28,7 @@ struct StreamedScene {
     StreamedScene &operator=(const StreamedScene &) = delete;
 
     const MappedFile file;
+    const bool has_one_colour;                         // as the function says
     const std::optional<FieldColours> colours;         // that the points show in place of their own
     const std::shared_ptr<const HiddenClasses> hidden; // that are left out; null: none
     StreamedModel model;
@@ -36,8 +37,8 @@ struct StreamedScene {
     const std::shared_ptr<const Surroundings> surroundings; // refers to the model
 };
 
-// Reads header and small sections only, which takes a negligible time, and what choose_field_colours reads. `look`:
-// colours and classes of the points. `up`: the axis of heights; absent: that of the grid.
+// Reads header and small sections only, which takes a negligible time, and what choose_field_colours and has_one_colour
+// read. `look`: colours and classes of the points. `up`: the axis of heights; absent: that of the grid.
 //
 // errors  also those of choose_field_colours and hidden_classes
 Result<std::unique_ptr<StreamedScene>> open_scene(const std::string &path, StreamingOptions options,

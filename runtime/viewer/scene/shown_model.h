@@ -67,7 +67,7 @@ class ShownModel {
     // The look of the command line and the file.
     LookPointer first_look() const { return look_with(options_.look, up_of(options_, grid())); }
     LookPointer look_with(const LookOptions &options, UpAxis up) const {
-        return std::make_shared<Look>(options, parameters(), up, scene_->unasked.depth_cue);
+        return std::make_shared<Look>(options, parameters(), up, scene_->unasked.depth_cue, scene_->has_one_colour);
     }
     // Draws the detail chosen for `view`, always fast: on the window's thread and on the background thread.
     PictureStatistics draw_now(const Detail &detail, const DetailView &view, const LookPointer &look,

@@ -1,6 +1,7 @@
 // Mirrors, solid texture and render options: both renderers, any number of threads.
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/reader.h"
+#include "pbm_render/appearance/field_choice.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "unit/render/surroundings_test_model.h"
 #include "unit/support/value_of.h"
@@ -432,6 +433,20 @@ TEST(ShadingOfPoints, ColoursKeepTheirBrightnessWhereTheyFaceTheEye) {
     }
 }
 
+TEST(ShadingOfPoints, ASingleColourIsFoundInTheCoarseLevels) {
+    const auto has_one = [](const Model &model) {
+        const Bytes file = value_of(encode_model(model, {.threads = 1}));
+        Reader reader = value_of(Reader::open(file));
+        return value_of(has_one_colour(reader));
+    };
+    Model model = coloured_ball();
+    EXPECT_TRUE(has_one(model));
+    EXPECT_FALSE(has_one(smooth_ball(6, {})));
+    set_point_colour(model.levels.back().points, 0, ColourFormat::rgb888, {255, 0, 0});
+    average_levels(model, 1);
+    EXPECT_FALSE(has_one(model));
+}
+
 TEST(ShadingOfPoints, WhatHasNoColoursOrIsLitOnPurposeIsLit) {
     const auto is_softened = [](const Model &model, RenderOptions options, const std::optional<Appearance> &look = {}) {
         const auto usual = pictures_of(model, options, look);
@@ -448,11 +463,12 @@ TEST(ShadingOfPoints, WhatHasNoColoursOrIsLitOnPurposeIsLit) {
     Model with_light = model;
     with_light.parameters.lights = {{.direction = {0, 0, -1}}};
     EXPECT_FALSE(is_softened(with_light, {}));
-    Appearance moved(model.parameters), shiny(model.parameters), fixed(model.parameters);
+    Appearance moved(model.parameters), shiny(model.parameters), fixed(model.parameters), plain(model.parameters);
+    plain.has_one_colour = true;
     moved.lights[0].intensity = {1, 1, 1};
     shiny.materials[0].ks = 0.9F;
     fixed.lights_follow = LightsFollow::model;
-    for (const Appearance &look : {moved, shiny, fixed})
+    for (const Appearance &look : {moved, shiny, fixed, plain})
         EXPECT_FALSE(is_softened(model, {}, look));
     Model unlit = model; // as KHR_materials_unlit
     unlit.parameters.materials[0] = {.ka = 1, .kd = 0, .ks = 0};
