@@ -6,6 +6,7 @@ a file.
 """
 
 import json
+import math
 import re
 import shutil
 import struct
@@ -36,8 +37,10 @@ SCANS = {"1.0": {
 }, "1.3": {
     "scan-round": (6, ("--up", "z", "--field", "intensity", "--field", "classification")),
     "scan-round-mapped": (5, ("--up", "z", "--store", "mapped", "--field", "classification")),
+}, "1.4": {
+    "scan-sides": (6, ("--lights", "two", "--shadows")),
+    "scan-sides-mapped": (5, ("--colour", "565", "--store", "mapped")),
 }}
-CLOUDS = {"1.3"} # versions whose scans are clouds of points
 
 def write_cloud(path):
     """Trees on a slope, as points without normals and colours: they lie on no surface, the ground does."""
@@ -55,6 +58,25 @@ def write_cloud(path):
     head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n{head}end_header\n"
     path.write_bytes(head.encode() + b"".join(struct.pack("<dddfB", *point) for point in points))
 
+def write_pot(path):
+    """An open pot, red outside and blue inside, whose wall is thinner than a voxel."""
+    corners, faces = [], []
+    for radius, colour, outside in ((0.5, (200, 40, 30), True), (0.496, (30, 60, 200), False)):
+        first = len(corners)
+        for ring in range(9):
+            for i in range(48):
+                angle = 2 * math.pi * i / 48
+                corners.append(struct.pack("<fffBBB", radius * math.cos(angle), ring / 8, radius * math.sin(angle), *colour))
+        for ring in range(8):
+            for i in range(48):
+                a, b = first + 48 * ring + i, first + 48 * ring + (i + 1) % 48
+                for face in ((a, a + 48, b), (b, a + 48, b + 48)):
+                    faces.append(struct.pack("<BIII", 3, *(face if outside else face[::-1])))
+    head = "".join(f"property {name}\n" for name in ("float x", "float y", "float z", "uchar red", "uchar green", "uchar blue"))
+    head = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(corners)}\n{head}"
+            f"element face {len(faces)}\nproperty list uchar uint vertex_indices\nend_header\n")
+    path.write_bytes(head.encode() + b"".join(corners) + b"".join(faces))
+
 def write_scan(path, sample):
     """The scan of a version: pbm-sample's, with measurements that follow from the number of the vertex."""
     subprocess.run([sample, "-q", "--vertices", "10000", "-o", path], check=True)
@@ -68,10 +90,12 @@ def write_scan(path, sample):
     head = head.replace(b"element face", more + b"element face")
     path.write_bytes(head + b"end_header\n" + vertices + rows[size * count:])
 
+SHAPES = {"1.3": write_cloud, "1.4": write_pot} # versions whose scans are not pbm-sample's
+
 def decoded_hash(m):
     """XXH3-128 of all that was decoded: of each level the masks and the values of each stream in the order of the attributes
     section, lit fractions one byte each; of each raster the texels of mip level 0; the stored metadata; of each level the
-    stored values of each field."""
+    stored values of each field; of each level with sides their points and, stream by stream, the values of both."""
     h = xxhash.xxh3_128()
     for level in m.levels:
         h.update(bytes(level.masks))
@@ -83,6 +107,10 @@ def decoded_hash(m):
     for values in m.values:
         for field, column in zip(m.fields, values):
             h.update(b"".join(value.to_bytes(field.bytes, "little") for value in column))
+    for sides in filter(None, m.sides):
+        h.update(b"".join(point.to_bytes(4, "little") for point in sides.points))
+        for values in sides.values:
+            h.update(bytes(values))
     return h.intdigest().to_bytes(16, "little").hex()
 
 def contents(path):
@@ -92,6 +120,7 @@ def contents(path):
             "attributes": [s.kind for s in m.streams], "materials": len(m.materials), "lights": len(m.lights),
             **({"closed": True} if m.closed else {}),
             **({"round": [i for i, shape in enumerate(m.shapes) if shape]} if any(m.shapes) else {}),
+            **({"sides": [len(sides.points) if sides else 0 for sides in m.sides]} if any(m.sides) else {}),
             "rasters": [[e.type, e.instance, width, height] for e, (width, height, *_) in m.rasters], "decoded": decoded_hash(m)}
 
 def write(version, sample, build):
@@ -103,8 +132,8 @@ def write(version, sample, build):
             shutil.copyfile(path, folder / path.name)
     with tempfile.TemporaryDirectory() as temporary:
         scan = Path(temporary, "scan.ply")
-        if version in CLOUDS:
-            write_cloud(scan)
+        if version in SHAPES:
+            SHAPES[version](scan)
         else:
             write_scan(scan, sample)
         for name, (depth, options) in SCANS[version].items():

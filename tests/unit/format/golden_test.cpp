@@ -29,6 +29,16 @@ std::string hex(const Hash128 &hash) {
     return text;
 }
 
+void add_sides(const Sides &sides, StreamingHash &hash) {
+    hash.add({reinterpret_cast<const std::uint8_t *>(sides.points.data()), sizeof(std::uint32_t) * sides.size()});
+    const PointAttributes &values = sides.values;
+    hash.add({reinterpret_cast<const std::uint8_t *>(values.normals.data()), 2 * values.normals.size()});
+    for (const Bytes *stream : {&values.colours, &values.materials, &values.textures})
+        hash.add(*stream);
+    for (const Bytes &shadow : values.shadows)
+        hash.add(shadow);
+}
+
 // Hash of all decoded values, in the order of format_spec/golden/README.md.
 std::string decoded_hash(const Model &model) {
     StreamingHash hash;
@@ -49,6 +59,8 @@ std::string decoded_hash(const Model &model) {
     for (const Level &level : model.levels)
         for (const Bytes &field : level.fields)
             hash.add(field);
+    for (const Level &level : model.levels)
+        add_sides(level.sides, hash);
     return hex(hash.finish());
 }
 
@@ -77,10 +89,13 @@ void expect_contents(const std::filesystem::path &path, const Json &expected) {
         EXPECT_EQ(value_of(reader->directory(level))->chunks.size(), chunks[static_cast<std::size_t>(level) - 1])
             << path;
     const Model model = value_of(load_model(*reader, {.threads = 1, .fields = true}));
-    std::vector<std::size_t> points;
-    for (const Level &level : model.levels)
+    std::vector<std::size_t> points, sides;
+    for (const Level &level : model.levels) {
         points.push_back(level.points.size());
+        sides.push_back(level.sides.size());
+    }
     EXPECT_EQ(points, expected.at("levels").get<std::vector<std::size_t>>()) << path;
+    EXPECT_EQ(sides, expected.value("sides", std::vector<std::size_t>(sides.size()))) << path;
     EXPECT_EQ(decoded_hash(model), expected.at("decoded").get<std::string>()) << path;
 }
 
