@@ -32,6 +32,8 @@ OF_NO_BINDING = {
     "page-url": "the same",
     "thumbnail": "a preset of other options",
     "bench": "the caller has a clock",
+    "exposure": "the caller has the pixels",
+    "tone": "the same",
     "up": "the caller gives the up vector of a camera",
     "renderer": "the reference renderer needs whole levels, and is there to compare with",
     "splats": "of the reference renderer",

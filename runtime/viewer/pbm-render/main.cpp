@@ -238,7 +238,8 @@ nlohmann::ordered_json look_json(const LookOptions &look) {
         {"texture", render.texture},          {"point_colours", render.point_colours},
         {"shading", word_of(render.shading)}, {"shadows", render.shadows},
         {"panorama", render.panorama},        {"ground", render.ground},
-        {"reflections", render.reflections},  {"depth_cue", word_of(look.depth_cue.value_or(DepthCue::none))}};
+        {"reflections", render.reflections},  {"depth_cue", word_of(look.depth_cue.value_or(DepthCue::none))},
+        {"exposure", look.finish.exposure},   {"tone", word_of(look.finish.tone)}};
     if (look.colour_by)
         json["colour_by"] = look.colour_by->field;
     if (look.classes.dropped.any())
