@@ -32,6 +32,8 @@ OF_NO_BINDING = {
     "page-url": "the same",
     "thumbnail": "a preset of other options",
     "bench": "the caller has a clock",
+    "camera-file": "the caller gives the camera",
+    "resume": "as turntable",
     "exposure": "the caller has the pixels",
     "tone": "the same",
     "up": "the caller gives the up vector of a camera",
