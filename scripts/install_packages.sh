@@ -19,7 +19,7 @@ runtime=(g++ cmake ninja-build pkg-config
 viewer=("${runtime[@]}" libglfw3-dev libepoxy-dev libimgui-dev)
 demo=("${runtime[@]}" libtomlplusplus-dev libpng-dev zlib1g-dev libwebp-dev libtiff-dev libsquish-dev
     libdraco-dev libmeshoptimizer-dev libexpat1-dev libeigen3-dev)
-all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev libopenexr-dev
+all=("${viewer[@]}" "${demo[@]}" libopenmesh-dev libopenexr-dev openexr openimageio-tools
     ccache libgtest-dev libembree-dev python3 python3-jsonschema python3-zstandard python3-xxhash python3-yaml
     git meson pre-commit bazel-bootstrap
     valgrind zstd make mandoc groff-base draco

@@ -262,7 +262,7 @@ def test_errors():
             (("-AVI", "--fps=0.5"), 1, "--fps: "),
             (("-AVI", "--video-quality=101"), 1, "--video-quality: "),
             (("--turntable", "-", "-o", "-"), 1, "standard output takes one output"),
-            (("--turntable", "v.avi", "-o", "v.avi"), 1, "v.avi: pictures are PNG, BMP or EXR files"),
+            (("--turntable", "v.avi", "-o", "v.avi"), 1, "v.avi: pictures are PNG, JPEG, BMP or EXR files"),
             (("--turntable", "f_%03d.png", "-o", "f_001.png"), 1, "f_001.png: --output and --turntable have this name"),
             (("--turntable", "nowhere/a.avi"), 2, "nowhere/a.avi: cannot write into nowhere"),
             (("--turntable", "nowhere/a%d.png"), 2, "nowhere/a1.png: cannot write into nowhere")):

@@ -1,5 +1,6 @@
 """The files that the pages of docs/ name: small ones, made once, of which a block of commands gets those that it names."""
 
+import json
 import math
 import pathlib
 import shutil
@@ -51,6 +52,23 @@ def panorama(folder, name, width=64):
     (folder / name).write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n" % (width // 2, width) + pixels)
 
 
+def shot(folder, name):
+    """GLB: a camera that comes nearer in three frames."""
+    binary = struct.pack("<12f", 0, 1 / 24, 2 / 24, 0, 0, 0.5, 0, 0, 0.45, 0, 0, 0.4)
+    json_text = json.dumps({
+        "asset": {"version": "2.0"}, "nodes": [{"name": "Shot 2", "camera": 0}],
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 0.5, "aspectRatio": 1.5, "znear": 0.01}}],
+        "buffers": [{"byteLength": len(binary)}],
+        "bufferViews": [{"buffer": 0, "byteLength": 12}, {"buffer": 0, "byteOffset": 12, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "SCALAR"},
+                      {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "animations": [{"channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+                        "samplers": [{"input": 0, "output": 1}]}]}).encode()
+    json_text += b" " * (-len(json_text) % 4)
+    chunks = b"".join(struct.pack("<I4s", len(data), kind) + data for kind, data in ((b"JSON", json_text), (b"BIN\0", binary)))
+    (folder / name).write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+
+
 def e57(contents):
     """A file of what lies in its pages: each has 1,020 bytes of it and a checksum."""
     pages = -(-len(contents) // 1020)
@@ -97,6 +115,7 @@ def make(root, programs, folder):
     copies(folder / "cube", [f"{name}.obj" for name in OBJECTS] + ["pot/texturedMesh.obj"])
     cloud(folder, "churo.ply", (871482, 8503672, 3450), 1)
     panorama(folder, "studio.hdr")
+    shot(folder, "shot.glb")
     copies(corpus / "las/new.las", ["tile.las"])
     copies(corpus / "las/new.laz", ["campaign/1.laz", "campaign/2.laz"])
     (folder / "e57").write_bytes(e57((corpus / "e57/normals").read_bytes()))

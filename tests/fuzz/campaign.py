@@ -30,6 +30,7 @@ TARGETS = {
     "raster": (4096, []),
     "ply_reader": (2048, [HERE / "corpus" / "ply", HERE.parent / "odd" / "files"]),
     "gltf": (4096, []),
+    "camera": (4096, []),
     "table": (1024, []),
     "las": (1024, []),
     "spz": (512, []),

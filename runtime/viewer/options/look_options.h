@@ -6,6 +6,7 @@
 #include "pbm_render/appearance/hidden_classes.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/shading/depth_cue.h"
+#include "viewer/pictures/finish.h"
 
 #include <cstdint>
 #include <optional>
@@ -45,6 +46,7 @@ struct DrawnClasses : ClassChoice {
 
 struct LookOptions {
     RenderOptions render;
+    Finish finish;
     Quality quality = Quality::automatic;
     int samples = kDefaultSamples;             // per pixel of fine pictures, 1..kMaxSamples
     std::optional<DepthCue> depth_cue;         // default: that of unasked_look

@@ -2,20 +2,51 @@
 
 #include "command_line/parse.h"
 
+#include <charconv>
 #include <filesystem>
+#include <string_view>
 #include <utility>
 
 namespace pbm {
+namespace {
+
+// "N", frames 1 to N, or "FIRST-LAST".
+Result<FrameRange> parse_frames(const std::string &text) {
+    const auto number = [](std::string_view digits) {
+        int value = 0;
+        const auto [at, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+        return error == std::errc() && at == digits.data() + digits.size() && value <= kMaxFrames ? value : 0;
+    };
+    const std::size_t dash = text.find('-');
+    const FrameRange frames{dash == std::string::npos ? 1 : number(std::string_view(text).substr(0, dash)),
+                            number(std::string_view(text).substr(dash + 1))}; // all of it without a dash
+    if (frames.first >= 1 && frames.last >= frames.first)
+        return frames;
+    return Error{ErrorCode::usage, 0,
+                 "'" + text + "' are no frames; write 1 to " + std::to_string(kMaxFrames) + ", or a part like 21-40"};
+}
+
+} // namespace
 
 void add_video_options(command_line::CommandLine &line, VideoChoice &choice) {
     line.topic = "Video";
     line.add("--turntable",
              "Once round the focal point, about the model's up axis, as .avi, .mp4 (runs ffmpeg), pictures "
-             "(name_%04d.png or .bmp) or - for raw RGB frames",
+             "(name_%04d.png) or - for raw RGB frames",
              &choice.video.output, {.type = "FILE"});
     line.add("--avi", "The same as MODEL.avi in this folder", &choice.avi);
-    line.add("--frames", "Of the video", &choice.video.frames,
-             {.check = command_line::Integers{1, kMaxFrames}, .shows_default = true});
+    line.add("--frames", "Of the turntable, default 120; FIRST-LAST: these of a sequence",
+             [&choice](const std::string &text) -> Status {
+                 const auto frames = parse_frames(text);
+                 if (!frames)
+                     return frames.error();
+                 if (text.find('-') == std::string::npos)
+                     choice.video.frames = frames->last;
+                 else
+                     choice.part = *frames;
+                 return {};
+             },
+             {.type = "N", .check = command_line::readable(parse_frames)});
     line.add("--fps", "Frames per second of the video", &choice.video.fps,
              {.check = command_line::Numbers{1, 240}, .shows_default = true});
     line.add("--video-quality", "Of the frames of .avi, 1..100", &choice.video.quality,
@@ -33,6 +64,8 @@ Status complete_video(VideoChoice &choice, const std::string &model, const Rende
         return {};
     if (Status known = check_video_name(output); !known)
         return known;
+    if (choice.part)
+        return Error{ErrorCode::usage, 0, "a turntable has no parts; give --frames their number alone"};
     if (render.background[3] == 0 && !has_transparency(output))
         return Error{ErrorCode::usage, 0,
                      output + ": videos have no transparency; choose pictures (name_%04d.png) or leave out "

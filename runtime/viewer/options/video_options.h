@@ -3,8 +3,10 @@
 
 #include "command_line/command_line.h"
 #include "viewer/options/view_options.h"
+#include "viewer/pictures/frame_names.h"
 #include "viewer/pictures/video_writer.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +14,8 @@ namespace pbm {
 
 struct VideoChoice {
     VideoOptions video;
-    bool avi = false; // --avi was given
+    bool avi = false;                 // --avi was given
+    std::optional<FrameRange> part{}; // of a sequence: --frames FIRST-LAST
 };
 
 // The dissertation's switch for --avi.
@@ -23,7 +26,7 @@ void add_video_options(command_line::CommandLine &line, VideoChoice &choice);
 
 // Call after parsing. Derives the name for --avi: that of the model, in the current folder.
 //
-// errors  usage  unknown video format, two videos, or a format without the transparency asked for
+// errors  usage  unknown video format, two videos, a part of one, or a format without the transparency asked for
 Status complete_video(VideoChoice &choice, const std::string &model, const RenderOptions &render);
 
 // The files of a video, for command_line::refuse_outputs.

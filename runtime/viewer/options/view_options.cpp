@@ -54,6 +54,8 @@ const std::vector<std::pair<std::string, std::optional<LightsFollow>>> kLightsFo
 const std::vector<std::pair<std::string, Shading>> kShadings{
     {"auto", Shading::automatic}, {"lit", Shading::lit}, {"unlit", Shading::unlit}};
 
+const std::vector<std::pair<std::string, Tone>> kTones{{"none", Tone::none}, {"filmic", Tone::filmic}};
+
 const std::vector<std::pair<std::string, std::optional<UpAxis>>> kUpAxes{
     {"x", UpAxis::x}, {"y", UpAxis::y}, {"z", UpAxis::z}};
 
@@ -66,7 +68,7 @@ void add_look_options(CommandLine &line, ViewOptions &options) {
     line.topic = "Look";
     command_line::add_choice(
         line, "--quality", "quality", kQualities, options.look.quality,
-        "fast: one colour a point; fine: several samples; auto (default): fine, but fast where pictures move");
+        "fast: one colour a point; fine: blended points; auto (default): fine, but fast in motion");
     line.add("--samples", "Of a pixel of fine pictures", &options.look.samples,
              {.check = Integers{1, kMaxSamples}, .shows_default = true});
     line.add("--level", "Finest detail level to draw; default, and above the depth: the finest there is",
@@ -121,6 +123,10 @@ void add_shading_options(CommandLine &line, LookOptions &look) {
     line.add("--headlight",
              "One light that follows the camera in place of all others, degrees to the right of the eye and above it",
              stored(parse_headlight, look.headlight), {.type = "RIGHT,UP"});
+    line.add("--exposure", "Light times 2^EV, of all but the background; .exr stays as it is", &look.finish.exposure,
+             {.type = "EV", .check = Numbers{-kMaxExposure, kMaxExposure}, .shows_default = true});
+    command_line::add_choice(line, "--tone", "tone curve", kTones, look.finish.tone,
+                             "filmic: highlights approach white slowly; none (default): they are cut off");
 }
 
 } // namespace
@@ -275,6 +281,7 @@ std::string camera_as_options(const Camera &camera, double view_angle) {
 const std::string &word_of(Backs backs) { return word_of(kBacks, backs); }
 const std::string &word_of(Shading shading) { return word_of(kShadings, shading); }
 const std::string &word_of(LightsFollow follow) { return word_of(kLightsFollow, std::optional(follow)); }
+const std::string &word_of(Tone tone) { return word_of(kTones, tone); }
 const std::string &word_of(Quality quality) { return word_of(kQualities, quality); }
 const std::string &word_of(DepthCue cue) { return word_of(kDepthCues, std::optional(cue)); }
 const std::string &word_of(UpAxis up) { return word_of(kUpAxes, std::optional(up)); }
@@ -303,6 +310,10 @@ std::string look_as_options(const LookOptions &look) {
         text += " --light-follows=" + word_of(*look.lights_follow);
     if (look.headlight)
         text += " --headlight=" + number_text(look.headlight->right) + "," + number_text(look.headlight->up);
+    if (look.finish.exposure != 0)
+        text += " --exposure=" + number_text(look.finish.exposure);
+    if (look.finish.tone != standard.finish.tone)
+        text += " --tone=" + word_of(look.finish.tone);
     if (look.depth_cue)
         text += " --depth-cue=" + word_of(*look.depth_cue);
     if (look.quality != standard.quality)
@@ -330,6 +341,7 @@ std::string detail_as_options(const ViewOptions &options) {
 Status check_picture_memory(const ViewOptions &options) {
     const std::uint64_t bytes_per_pixel = 16 // colour, depth, two copies
                                           + (options.look.quality != Quality::fast ? 20 : 0) // sums of samples
+                                          + (options.look.finish.is_none() ? 0 : 16)         // their light
                                           + (options.look.depth_cue.value_or(DepthCue::none) != DepthCue::none ? 8 : 0);
     const glm::ivec2 size = options.resolution;
     const auto pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);

@@ -78,6 +78,7 @@ std::string camera_as_options(const Camera &camera, double view_angle);
 const std::string &word_of(Backs backs);
 const std::string &word_of(LightsFollow follow);
 const std::string &word_of(Shading shading);
+const std::string &word_of(Tone tone);
 const std::string &word_of(Quality quality);
 const std::string &word_of(DepthCue cue);
 const std::string &word_of(UpAxis up);

@@ -8,6 +8,8 @@
 
 #include "model_drawer.h"
 #include "pbm_format/model/las_classes.h"
+#include "sequence.h"
+#include "viewer/cameras/camera_file.h"
 #include "viewer/navigation/camera_control.h"
 #include "viewer/opening/prepared_model.h"
 #include "viewer/options/option_values.h"
@@ -29,6 +31,7 @@
 #include <iomanip>
 #include <optional>
 #include <ostream>
+#include <set>
 #include <span>
 #include <sstream>
 #include <string>
@@ -48,24 +51,34 @@ struct Arguments {
     VideoChoice choice;
     int bench = 0;     // frames
     int thumbnail = 0; // largest width and height, pixels; 0: a picture of any size
+    std::string camera_file;
+    std::optional<CameraPath> path;   // of this file
+    std::optional<Sequence> sequence; // in place of one picture
+    bool resume = false;
+    std::set<std::string> given; // names of options
 
     Result<PictureForm> form() const { return thumbnail > 0 ? PictureForm::png : picture_form(output); }
     const VideoOptions &video() const { return choice.video; }
-    bool wants_still() const { return !output.empty() || !depth_output.empty() || !page.empty(); }
+    bool wants_output() const { return !output.empty() && !sequence; }
+    bool wants_still() const { return wants_output() || !depth_output.empty() || !page.empty(); }
     bool wants_picture() const { return wants_still() || bench > 0; }
     bool wants_layers() const {
         const auto known = form();
-        return !output.empty() && known && *known == PictureForm::exr;
+        return wants_output() && known && *known == PictureForm::exr;
     }
     bool wants_flat_picture() const {
-        return (!output.empty() && !wants_layers()) || !depth_output.empty() || !page.empty() || bench > 0;
+        return (wants_output() && !wants_layers()) || !depth_output.empty() || !page.empty() || bench > 0;
     }
     Motion motion() const { return wants_still() ? Motion::still : Motion::moving; } // of the picture
     LookOptions frame_look() const { return look_of(Motion::moving, view.look); }
     LookOptions picture_look() const { return look_of(motion(), view.look); }
     std::vector<command_line::OutputFile> outputs() const {
         std::vector<command_line::OutputFile> files = video_outputs(video());
-        files.insert(files.end(), {{"--output", output}, {"--depth-output", depth_output}, {"--json", json}});
+        const auto [first, last] = sequence ? sequence->frames : FrameRange{1, 1};
+        files.push_back({"--output", sequence ? sequence->names.of(first) : output});
+        if (last > first)
+            files.push_back({"--output", sequence->names.of(last)});
+        files.insert(files.end(), {{"--depth-output", depth_output}, {"--json", json}});
         return files;
     }
 };
@@ -91,6 +104,7 @@ struct RunStatistics {
     std::uint64_t file_bytes = 0;
     std::optional<BenchStatistics> bench;
     std::optional<VideoStatistics> video;
+    std::optional<SequenceStatistics> sequence;
     std::optional<WebPageSizes> page;
 };
 
@@ -142,6 +156,69 @@ std::string check_language(const std::string &code) {
     return is_code ? "" : "'" + code + "' is no code of a language; write en, de or de-CH";
 }
 
+void add_camera_file(command_line::CommandLine &line, Arguments &arguments) {
+    line.add("--camera-file",
+             "Camera of a glTF file, and its animation: -o name_%04d.exr draws every frame (.png, .jpg)",
+             &arguments.camera_file,
+             {.type = "FILE.gltf|glb[,NAME]",
+              .check = command_line::readable(parse_camera_file),
+              .excludes = {"--camera-position", "--camera-focal-point", "--camera-view-up", "--camera-view-angle",
+                           "--projection", "--turntable", "--avi"},
+              .topic = "Camera"});
+    line.add("--resume", "Keep frames of a sequence that are there", &arguments.resume,
+             {.needs = "--camera-file", .topic = "Video"});
+}
+
+// The frames that are asked for; `path` and `given` are known.
+Result<Sequence> sequence_of(const Arguments &arguments) {
+    const auto names = parse_frame_names(arguments.output);
+    if (!names)
+        return names.error();
+    if (arguments.thumbnail > 0 || !arguments.depth_output.empty() || !arguments.page.empty() || arguments.bench > 0)
+        return Error{ErrorCode::usage, 0, "a sequence has no thumbnail, depth file, page or bench"};
+    if (arguments.given.contains("--frames") && !arguments.choice.part)
+        return Error{ErrorCode::usage, 0, "--frames of a sequence is a part of it, like 1-40"};
+    const double fps = arguments.given.contains("--fps") ? arguments.video().fps
+                                                         : arguments.path->rate.value_or(arguments.video().fps);
+    const int all = frame_count(*arguments.path, fps);
+    const std::string length = std::to_string(all) + " frames at " + to_string(Value(fps)) + " a second";
+    if (all > kMaxFrames)
+        return Error{ErrorCode::usage, 0, "the animation has " + length + ", more than " + std::to_string(kMaxFrames)};
+    FrameRange frames = arguments.choice.part.value_or(FrameRange{1, all});
+    if (frames.first > all)
+        return Error{ErrorCode::usage, 0,
+                     "--frames begins at " + std::to_string(frames.first) + ", and the animation has " + length};
+    frames.last = std::min(frames.last, all);
+    return Sequence{*arguments.path, fps, frames, *names, *arguments.form(), arguments.resume};
+}
+
+// Reads the camera file. Returns the exit code on failure.
+std::optional<int> take_camera_file(Arguments &arguments) {
+    const bool is_sequence = !arguments.camera_file.empty() && names_frames(arguments.output);
+    if (!is_sequence && (arguments.resume || arguments.choice.part))
+        return fail_usage("--resume and parts of --frames are of a sequence: --camera-file, and a name like "
+                          "-o name_%04d.png");
+    if (arguments.camera_file.empty())
+        return std::nullopt;
+    const CameraChoice choice = *parse_camera_file(arguments.camera_file);
+    auto path = read_camera(choice);
+    if (!path)
+        return command_line::fail(kProgram, choice.file, path.error());
+    arguments.path = std::move(*path);
+    ViewOptions &view = arguments.view;
+    if (const double aspect = arguments.path->lens.aspect;
+        aspect > 0 && !arguments.given.contains("--resolution") && arguments.thumbnail == 0)
+        view.resolution.x =
+            static_cast<int>(std::clamp(std::round(view.resolution.y * aspect), 1.0, 1.0 * kMaxPictureEdge));
+    if (!is_sequence)
+        return std::nullopt;
+    auto sequence = sequence_of(arguments);
+    if (!sequence)
+        return fail_usage(sequence.error().message);
+    arguments.sequence = std::move(*sequence);
+    return std::nullopt;
+}
+
 // Fills `arguments`, or returns the exit code if the program is done.
 std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     command_line::CommandLine line{std::string(kProgram),
@@ -149,7 +226,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
                                    "A scan is drawn as the model that pbm-build makes of it."};
     line.add("FILE", "Model to draw, or a scan", &arguments.input, {.required = true});
     line.topic = "Output";
-    line.add("-o,--output", "Picture, .png, .bmp, .exr; - for standard output", &arguments.output, {.type = "FILE"});
+    line.add("-o,--output", "Picture: .png .jpg .bmp .exr; - for standard output", &arguments.output, {.type = "FILE"});
     line.add("--depth-output", "PFM file of depths: distance along the view direction in model units, +inf where empty",
              &arguments.depth_output, {.type = "FILE"});
     line.add("--page",
@@ -176,6 +253,7 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     line.add("--bench", "Draw N more frames once round the focal point; print their times", &arguments.bench,
              {.check = command_line::Integers{1, 100000}, .topic = "Output"});
     add_video_options(line, arguments.choice);
+    add_camera_file(line, arguments);
     command_line::add_json(line, arguments.json, "Statistics");
     line.add_version(PBM_VERSION);
     if (const auto done = command_line::parse(
@@ -194,6 +272,8 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
                   "-color_trc bt709 scan.webm",
                   "The same in any other form, with the colours of the pictures."}}}))
         return done;
+    for (const command_line::GivenValue &value : line.given)
+        arguments.given.insert(value.name);
     if (no_background) {
         arguments.view.look.render.background = {0, 0, 0, 0};
         arguments.view.look.render.panorama = false;
@@ -209,16 +289,18 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
         arguments.view.look.quality = Quality::fast;
     if (const Status known = complete_video(arguments.choice, arguments.input, arguments.view.look.render); !known)
         return fail_usage(known.error().message);
-    if (!arguments.wants_picture() && arguments.video().output.empty())
+    if (arguments.output.empty() && !arguments.wants_picture() && arguments.video().output.empty())
         return fail_usage("nothing to do: name a picture with -o, a video with --turntable or a page with --page");
     if (const auto form = arguments.form(); !form)
         return fail_usage(form.error().message);
     RenderOptions &render = arguments.view.look.render;
     if (arguments.wants_layers() && arguments.view.renderer == Renderer::reference)
         return fail_usage("--renderer reference draws no .exr; leave it out");
+    if (*arguments.form() == PictureForm::jpeg && render.background[3] == 0)
+        return fail_usage(arguments.output + ": JPEG has no transparency; choose .png or leave out --no-background");
     if (arguments.wants_layers() && render.background == RenderOptions{}.background && !render.background_below)
         render.background = {0, 0, 0, 0}; // alpha is coverage
-    return std::nullopt;
+    return take_camera_file(arguments);
 }
 
 class Stopwatch {
@@ -238,7 +320,8 @@ nlohmann::ordered_json look_json(const LookOptions &look) {
         {"texture", render.texture},          {"point_colours", render.point_colours},
         {"shading", word_of(render.shading)}, {"shadows", render.shadows},
         {"panorama", render.panorama},        {"ground", render.ground},
-        {"reflections", render.reflections},  {"depth_cue", word_of(look.depth_cue.value_or(DepthCue::none))}};
+        {"reflections", render.reflections},  {"depth_cue", word_of(look.depth_cue.value_or(DepthCue::none))},
+        {"exposure", look.finish.exposure},   {"tone", word_of(look.finish.tone)}};
     if (look.colour_by)
         json["colour_by"] = look.colour_by->field;
     if (look.classes.dropped.any())
@@ -274,6 +357,15 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
         json["video_bytes"] = s.video->bytes;
         json["video_ms"] = s.video->ms;
     }
+    if (s.sequence)
+        json["sequence"] = {{"camera", arguments.sequence->path.name},
+                            {"fps", arguments.sequence->fps},
+                            {"first_frame", arguments.sequence->frames.first},
+                            {"last_frame", arguments.sequence->frames.last},
+                            {"drawn", s.sequence->drawn},
+                            {"kept", s.sequence->kept},
+                            {"bytes", s.sequence->bytes},
+                            {"ms", s.sequence->ms}};
     if (s.page)
         json["page"] = {{"page_bytes", s.page->page},
                         {"poster_bytes", s.page->poster},
@@ -305,6 +397,19 @@ std::string video_text(const Arguments &arguments, const VideoStatistics &cost) 
     return text.str();
 }
 
+std::string sequence_text(const Arguments &arguments, const SequenceStatistics &cost) {
+    const Sequence &sequence = *arguments.sequence;
+    const glm::ivec2 size = arguments.view.resolution;
+    std::ostringstream text;
+    text << std::fixed << std::setprecision(1) << command_line::printable(arguments.output) << ": frames "
+         << sequence.frames.first << " to " << sequence.frames.last << " of "
+         << frame_count(sequence.path, sequence.fps) << ", " << to_string(Value(sequence.fps)) << " a second, camera "
+         << command_line::printable(sequence.path.name) << ", " << size.x << 'x' << size.y << ", "
+         << quality_text(look_of(Motion::still, arguments.view.look)) << cost.drawn << " drawn, " << cost.kept
+         << " kept, " << cost.bytes << " bytes, " << cost.ms / 1000 << " s\n";
+    return text.str();
+}
+
 // What visitors of a page load.
 std::string page_text(const std::string &folder, const WebPageSizes &sizes) {
     const auto kilobytes = [](std::uint64_t bytes) { return std::to_string((bytes + 500) / 1000) + " KB"; };
@@ -330,7 +435,8 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
         return command_line::printable(command_line::output_name(name));
     };
     std::ostringstream text;
-    if (arguments.view.verbosity == command_line::Verbosity::verbose)
+    const bool is_verbose = arguments.view.verbosity == command_line::Verbosity::verbose;
+    if (is_verbose && !arguments.sequence) // whose frames had a line each
         text << "view: " << view_as_options(camera, arguments.view, size) << look_as_options(s.look) << '\n'
              << "read: " << s.cost.bytes_read << " of " << s.file_bytes << " bytes, " << s.cost.points_decoded
              << " points decoded\n";
@@ -346,6 +452,8 @@ std::string report(const Arguments &arguments, const Camera &camera, const RunSt
         text << ", encode " << s.encode_ms << " ms\n";
     if (s.video)
         text << video_text(arguments, *s.video);
+    if (s.sequence)
+        text << sequence_text(arguments, *s.sequence);
     if (s.page)
         text << page_text(arguments.page, *s.page);
     if (s.bench)
@@ -561,6 +669,21 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, V
     return std::nullopt;
 }
 
+// Draws the frames of the camera file. Returns the exit code on failure.
+std::optional<int> make_sequence(const Arguments &arguments, ModelDrawer &drawer, RunStatistics &statistics) {
+    std::ostream *const stream = command_line::report_stream(arguments.outputs());
+    const bool is_verbose = arguments.view.verbosity == command_line::Verbosity::verbose;
+    command_line::ProgressDisplay progress(arguments.view.verbosity);
+    const auto drawn =
+        draw_sequence(*arguments.sequence, arguments.view, drawer, progress, is_verbose ? stream : nullptr);
+    progress.clear();
+    if (!drawn)
+        return fail(arguments.input, drawn.error());
+    statistics.sequence = *drawn;
+    statistics.cost = drawer.cost();
+    return std::nullopt;
+}
+
 // Builds the model of a scan, with progress on standard error.
 Result<PreparedModel> prepare(const Arguments &arguments) {
     command_line::ProgressDisplay display(arguments.view.verbosity);
@@ -572,7 +695,7 @@ Result<PreparedModel> prepare(const Arguments &arguments) {
                           .progress = [&](std::string_view step, double done) { display.show(step, done); }});
 }
 
-int run(const Arguments &arguments, std::span<std::byte> heap) {
+int run(Arguments arguments, std::span<std::byte> heap) {
     if (const auto refused = command_line::refuse_outputs(kProgram, {{arguments.input}}, arguments.outputs()))
         return *refused;
     const ViewOptions &view = arguments.view;
@@ -599,11 +722,15 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
     if (!opened)
         return fail(arguments.input, opened.error());
     ModelDrawer &drawer = **opened;
+    if (const auto &path = arguments.path; path && !arguments.sequence)
+        arguments.view = view_at(*path, path->begin, drawer.extent(), up_of(view, drawer.grid()), view);
     const auto camera = choose_camera(view, drawer.extent(), drawer.grid(), view.resolution);
+    if (!camera && arguments.path)
+        return command_line::fail(kProgram, arguments.camera_file, flat_camera());
     if (!camera)
         return camera.error().code == ErrorCode::usage ? fail_usage(camera.error().message)
                                                        : command_line::fail(kProgram, arguments.input, camera.error());
-    const Status loaded = drawer.load(*camera, view.resolution, arguments.motion());
+    const Status loaded = arguments.sequence ? Status() : drawer.load(*camera, view.resolution, arguments.motion());
     const bool is_coarser = !loaded && arguments.thumbnail > 0 && loaded.error().code == ErrorCode::memory;
     if (!loaded && !is_coarser)
         return fail(arguments.input, loaded.error());
@@ -628,6 +755,10 @@ int run(const Arguments &arguments, std::span<std::byte> heap) {
         if (const auto failed = make_video(arguments, drawer, std::move(*sink), statistics))
             return *failed;
 
+    if (arguments.sequence)
+        if (const auto failed = make_sequence(arguments, drawer, statistics))
+            return *failed;
+
     std::ostream *const stream = command_line::report_stream(arguments.outputs());
     if (view.verbosity != command_line::Verbosity::quiet && stream != nullptr)
         *stream << report(arguments, *camera, statistics);
@@ -644,6 +775,6 @@ int main(int argc, char **argv) {
         const std::optional<int> done = parse(argc, argv, arguments);
         if (done)
             return *done;
-        return run(arguments, use_large_pages());
+        return run(std::move(arguments), use_large_pages());
     });
 }

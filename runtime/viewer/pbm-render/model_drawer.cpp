@@ -63,12 +63,17 @@ RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, Mo
         if (scene_->colours)
             appearance.palette = scene_->colours->palette;
         renderer.set_appearance(appearance);
+        const Finish &finish = look_.options.finish;
         const RenderStatistics drawn =
-            renderer.render(camera, options_.look.render, target, {.splats = options_.splats});
+            renderer.render(camera, before_finish(finish, look_.options.render), target, {.splats = options_.splats});
+        if (!finish.is_none())
+            grade(finish, target);
         if (look_.depth_cue() != DepthCue::none) {
             ThreadPool pool(1);
             add_depth_cue(look_.depth_cue(), camera, grid().edge(), pool, target);
         }
+        if (!finish.is_none())
+            add_background(look_.options.render, target);
         if (const auto legend = scene_->colours ? legend_of(*scene_->colours, scene_->hidden.get()) : std::nullopt;
             legend && options_.look.legend)
             draw_legend(*legend, target);

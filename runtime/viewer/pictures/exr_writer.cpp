@@ -96,7 +96,7 @@ std::vector<Channel> channels_of(const PictureLayers &layers, const std::vector<
         all.push_back(channel(name, EXR_PIXEL_FLOAT, layers.position, at, EXR_PIXEL_FLOAT));
     for (const auto &[name, at] : {std::pair{"N.X", 0U}, {"N.Y", 1U}, {"N.Z", 2U}})
         all.push_back(channel(name, EXR_PIXEL_FLOAT, layers.normal, at, EXR_PIXEL_FLOAT));
-    for (const auto &[name, at] : {std::pair{"id.level", 0U}, {"id.material", 1U}, {"id.point", 2U}})
+    for (const auto &[name, at] : {std::pair{"level.X", 0U}, {"material.X", 1U}, {"point.X", 2U}})
         all.push_back(channel(name, EXR_PIXEL_UINT, layers.numbers, at, EXR_PIXEL_UINT));
     return all;
 }

@@ -31,7 +31,8 @@ struct PictureLayers {
 };
 
 // A scanline file of one part, compressed by ZIP: R G B A as half floats, Z, P.X P.Y P.Z and N.X N.Y N.Z as floats,
-// id.level, id.material and id.point as integers. Where nothing is, Z is 1e10, as in Blender.
+// level.X, material.X and point.X as integers. Blender takes a name as that of a pass and a channel of one letter, Nuke
+// as that of a layer and a channel. Where nothing is, Z is 1e10, as in Blender.
 // Based on: OpenEXR. Technical Introduction; OpenEXRCore 3.1
 //
 // errors  unsupported_feature  OpenEXR is not installed, or was not there when the program was built

@@ -9,6 +9,8 @@ std::string FrameNames::of(int frame) const {
     return before + number + after;
 }
 
+bool names_frames(const std::string &path) { return path.find('%', path.rfind('/') + 1) != std::string::npos; }
+
 Result<FrameNames> parse_frame_names(const std::string &pattern) {
     const std::size_t name = pattern.rfind('/') + 1; // 0 without a folder
     FrameNames names;

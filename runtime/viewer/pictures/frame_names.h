@@ -7,6 +7,12 @@
 
 namespace pbm {
 
+// Frames `first` to `last`, from 1.
+struct FrameRange {
+    int first, last;
+    bool operator==(const FrameRange &) const = default;
+};
+
 struct FrameNames {
     std::string before, after; // text before and after the number
     std::size_t digits = 0;    // minimum, padded with zeros
@@ -19,5 +25,8 @@ struct FrameNames {
 //
 // errors  usage
 Result<FrameNames> parse_frame_names(const std::string &pattern);
+
+// Whether the last component of the path has a %.
+bool names_frames(const std::string &path);
 
 } // namespace pbm

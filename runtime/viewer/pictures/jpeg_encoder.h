@@ -1,4 +1,4 @@
-// Encodes frames of videos as JPEG. The only user of libjpeg.
+// Encodes pictures and frames of videos as JPEG. The only user of libjpeg.
 #pragma once
 
 #include "pbm_render/picture/framebuffer.h"

@@ -3,6 +3,7 @@
 #include "system/files/file_names.h"
 #include "system/files/file_replacement.h"
 #include "viewer/pictures/image_writer.h"
+#include "viewer/pictures/jpeg_encoder.h"
 
 #include <cerrno>
 #include <cstdio>
@@ -25,14 +26,22 @@ Result<PictureForm> picture_form(const std::string &name) {
         return PictureForm::png;
     if (extension == ".bmp")
         return PictureForm::bmp;
+    if (extension == ".jpg" || extension == ".jpeg")
+        return PictureForm::jpeg;
     if (extension == ".exr")
         return PictureForm::exr;
-    return Error{ErrorCode::usage, 0,
-                 name + ": pictures are PNG, BMP or EXR files; choose a name that ends with .png, .bmp or .exr"};
+    return Error{
+        ErrorCode::usage, 0,
+        name + ": pictures are PNG, JPEG, BMP or EXR files; choose a name that ends with .png, .jpg, .bmp or .exr"};
 }
 
 Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int threads) {
-    return form == PictureForm::bmp ? encode_bmp(picture) : encode_png(picture, threads);
+    constexpr int kJpegQuality = 95;
+    switch (form) {
+    case PictureForm::bmp: return encode_bmp(picture);
+    case PictureForm::jpeg: return encode_jpeg(picture, kJpegQuality);
+    default: return encode_png(picture, threads);
+    }
 }
 
 Result<std::string> save_picture(const std::filesystem::path &folder, const std::string &name,

@@ -10,7 +10,7 @@
 
 namespace pbm {
 
-enum class PictureForm { png, bmp, exr };
+enum class PictureForm { png, bmp, jpeg, exr };
 
 // The format of the name's extension, in lower or upper case; PNG without one.
 //
@@ -19,7 +19,7 @@ Result<PictureForm> picture_form(const std::string &name);
 
 // `form` is not exr, whose pictures are PictureLayers.
 //
-// errors  as encode_png and encode_bmp
+// errors  as encode_png, encode_bmp and encode_jpeg
 Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int threads = 1);
 
 // Writes `name`-N`extension` into `folder` with the first free number N from 1; overwrites no file. Returns the path.

@@ -143,7 +143,9 @@ Status check_video_name(const std::string &output) {
     return form ? Status() : Status(form.error());
 }
 
-bool has_transparency(const std::string &output) { return *form_of(output) == Form::pictures; }
+bool has_transparency(const std::string &output) {
+    return *form_of(output) == Form::pictures && *picture_form(output) != PictureForm::jpeg;
+}
 
 glm::ivec2 stored_size(const std::string &output, glm::ivec2 size) {
     return *form_of(output) == Form::mp4 ? glm::ivec2(size.x + size.x % 2, size.y + size.y % 2) : size;

@@ -2,7 +2,7 @@
 //
 //   name.avi        Motion JPEG
 //   name.mp4        H.264 in BT.709, by running ffmpeg
-//   name_%04d.png   a picture for every frame, numbered from 1; also .bmp; %% is a %
+//   name_%04d.png   a picture for every frame, numbered from 1; also .jpg and .bmp; %% is a %
 //   -               raw frames on standard output: R G B of every pixel, no headers
 #pragma once
 

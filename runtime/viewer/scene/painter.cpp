@@ -75,8 +75,10 @@ Appearance Painter::appearance(const Look &look) const {
     return appearance;
 }
 
-void Painter::add_legend(bool wanted, Framebuffer &target) const {
-    if (legend_ && wanted)
+void Painter::complete(const LookOptions &look, Framebuffer &target) const {
+    if (!look.finish.is_none())
+        add_background(look.render, target);
+    if (legend_ && look.legend)
         draw_legend(*legend_, target);
 }
 
@@ -84,10 +86,14 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
                                Framebuffer &target, const RowTasks &tasks) {
     if (!draws_fine(look.options.quality, motion))
         return draw_fast(runs, camera, look, target, tasks);
+    const RenderOptions options = before_finish(look.options.finish, look.options.render);
     const RenderStatistics drawn = with_depth_cue(camera, look.depth_cue(), target, [&](Framebuffer &picture) {
-        return fine(appearance(look)).render(runs, camera, look.options.render, picture, look.options.samples);
+        const RenderStatistics of_samples =
+            fine(appearance(look)).render(runs, camera, options, picture, look.options.samples);
+        grade_samples(look.options.finish, picture);
+        return of_samples;
     });
-    add_legend(look.options.legend, target);
+    complete(look.options, target);
     if (tasks.count > 0)
         pool().run(tasks.count, tasks.run);
     return drawn;
@@ -96,13 +102,17 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
 RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                     Framebuffer &target, const RowTasks &tasks) {
     FastRenderer &renderer = fast(appearance(look));
-    if (look.depth_cue() == DepthCue::none && !legend_)
-        return renderer.render(runs, camera, look.options.render, target, tasks);
+    const RenderOptions options = before_finish(look.options.finish, look.options.render);
+    if (look.depth_cue() == DepthCue::none && !legend_ && look.options.finish.is_none())
+        return renderer.render(runs, camera, options, target, tasks);
     const RenderStatistics drawn = with_depth_cue(camera, look.depth_cue(), target, [&](Framebuffer &picture) {
-        return renderer.render(runs, camera, look.options.render, picture);
+        const RenderStatistics of_picture = renderer.render(runs, camera, options, picture);
+        if (!look.options.finish.is_none())
+            grade(look.options.finish, picture);
+        return of_picture;
     });
-    add_legend(look.options.legend, target);
-    pool().run(tasks.count, tasks.run); // cue and legend change rows until the end
+    complete(look.options, target);
+    pool().run(tasks.count, tasks.run); // cue, finish and legend change rows until the end
     return drawn;
 }
 
@@ -113,7 +123,9 @@ PictureLayers Painter::draw_layers(std::span<const PointRun> runs, const Camera 
     std::vector<ShownPoint> shown(centres.pixels());
     drawn = fast(appearance(look)).render(runs, camera, look.options.render, centres, {}, shown);
     if (draws_fine(look.options.quality, motion)) {
-        begin_fine(runs, camera, look, size.x, size.y);
+        Look unfinished = look;
+        unfinished.options.finish = {};
+        begin_fine(runs, camera, unfinished, size.x, size.y);
         for (int sample = 0; sample < look.options.samples; ++sample)
             drawn = fine_->add_sample();
         fine_->resolve(layers.colour);
@@ -143,8 +155,9 @@ void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, c
                          int height) {
     fine_camera_ = camera;
     fine_cue_ = look.depth_cue();
-    fine_legend_ = look.options.legend;
-    fine(appearance(look)).begin(runs, camera, look.options.render, Framebuffer(width, height));
+    fine_look_ = look.options;
+    fine(appearance(look))
+        .begin(runs, camera, before_finish(fine_look_.finish, fine_look_.render), Framebuffer(width, height));
 }
 
 RenderStatistics Painter::add_sample(Framebuffer &target, const std::atomic<bool> *stop) {
@@ -153,10 +166,19 @@ RenderStatistics Painter::add_sample(Framebuffer &target, const std::atomic<bool
         return drawn;
     with_depth_cue(fine_camera_, fine_cue_, target, [&](Framebuffer &picture) {
         fine_->resolve(picture);
+        grade_samples(fine_look_.finish, picture);
         return drawn;
     });
-    add_legend(fine_legend_, target);
+    complete(fine_look_, target);
     return drawn;
+}
+
+void Painter::grade_samples(const Finish &finish, Framebuffer &picture) const {
+    if (finish.is_none())
+        return;
+    std::vector<Float4> light(picture.pixels()); // which a picture of 8 bits would cut off
+    fine_->resolve(light);
+    grade(finish, light, picture);
 }
 
 ThreadPool &Painter::pool() {

@@ -32,7 +32,8 @@ class Painter {
     RenderStatistics draw_fast(std::span<const PointRun> runs, const Camera &camera, const Look &look,
                                Framebuffer &target, const RowTasks &tasks = {});
 
-    // Draws the same picture for programs that compose pictures: without depth cue and legend, which they can add.
+    // Draws the same picture for programs that compose pictures: without depth cue, finish and legend, which they can
+    // add.
     PictureLayers draw_layers(std::span<const PointRun> runs, const Camera &camera, const Look &look, Motion motion,
                               glm::ivec2 size, RenderStatistics &drawn);
 
@@ -51,7 +52,10 @@ class Painter {
     RenderStatistics with_depth_cue(const Camera &camera, DepthCue cue, Framebuffer &target, const Draw &draw);
     // The appearance of a picture, with the colours of a field if the points show one.
     Appearance appearance(const Look &look) const;
-    void add_legend(bool wanted, Framebuffer &target) const;
+    // Grades the picture that the fine renderer has drawn.
+    void grade_samples(const Finish &finish, Framebuffer &picture) const;
+    // Adds to a picture what comes after the depth cue: the background if there is a finish, and the legend.
+    void complete(const LookOptions &look, Framebuffer &target) const;
 
     const StreamedScene &scene_;
     const std::optional<Legend> legend_;
@@ -63,7 +67,7 @@ class Painter {
     std::optional<Framebuffer> depths_;                           // used if the target has no depths
     Camera fine_camera_;
     DepthCue fine_cue_ = DepthCue::none;
-    bool fine_legend_ = true;
+    LookOptions fine_look_;
 };
 
 // Adds the depth cue to a picture that `camera` took of a grid with this edge.

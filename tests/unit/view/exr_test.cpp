@@ -185,9 +185,9 @@ TEST_F(LayersOfABall, AreReadBackByOpenExr) {
             EXPECT_EQ(number(("P." + letter).c_str(), at), made.position[at][axis]);
             EXPECT_EQ(number(("N." + letter).c_str(), at), made.normal[at][axis]);
         }
-        EXPECT_EQ(channels.at("id.level")[at], made.numbers[at].level);
-        EXPECT_EQ(channels.at("id.material")[at], made.numbers[at].material);
-        EXPECT_EQ(channels.at("id.point")[at], made.numbers[at].point);
+        EXPECT_EQ(channels.at("level.X")[at], made.numbers[at].level);
+        EXPECT_EQ(channels.at("material.X")[at], made.numbers[at].material);
+        EXPECT_EQ(channels.at("point.X")[at], made.numbers[at].point);
     }
 }
 

@@ -75,8 +75,10 @@ TEST(LookAsOptions, NamesOptionsThatAreNotTheDefault) {
     look.depth_cue = DepthCue::ambient_occlusion;
     look.lights_follow = LightsFollow::model;
     render.shading = Shading::unlit;
+    look.finish = {.exposure = -1.5, .tone = Tone::filmic};
     EXPECT_EQ(look_as_options(look),
-              " --no-shadows --no-ground --shading=unlit --light-follows=model --depth-cue=ambient-occlusion "
+              " --no-shadows --no-ground --shading=unlit --light-follows=model --exposure=-1.5 --tone=filmic "
+              "--depth-cue=ambient-occlusion "
               "--quality=fine --samples=3");
     LookOptions fewer;
     fewer.samples = 3;

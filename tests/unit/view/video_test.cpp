@@ -89,7 +89,9 @@ TEST(PictureForm, IsThatOfTheExtension) {
     EXPECT_EQ(*picture_form("a.b/picture"), PictureForm::png);
     EXPECT_EQ(*picture_form("a.PNG"), PictureForm::png);
     EXPECT_EQ(*picture_form("a.Bmp"), PictureForm::bmp);
-    for (const char *const other : {"a.jpg", "a.png.gz", "a.bm"}) {
+    EXPECT_EQ(*picture_form("a.jpg"), PictureForm::jpeg);
+    EXPECT_EQ(*picture_form("a.JPEG"), PictureForm::jpeg);
+    for (const char *const other : {"a.jpx", "a.png.gz", "a.bm"}) {
         ASSERT_FALSE(picture_form(other)) << other;
         EXPECT_EQ(picture_form(other).error().code, ErrorCode::usage);
     }
@@ -220,7 +222,7 @@ TEST(VideoRecorder, TellsTheFirstErrorAndFinishesNothing) {
 
 TEST(VideoSink, PicturesAreThoseOfTheirForm) {
     const Folder folder;
-    for (const std::string form : {"png", "bmp"}) {
+    for (const std::string form : {"png", "bmp", "jpg"}) {
         const VideoOptions options{.output = folder / ("f_%02d." + form)};
         ASSERT_TRUE(check_video_name(options.output));
         const VideoSink sink = value_of(open_video(options, {5, 4}));
@@ -243,13 +245,15 @@ TEST(VideoSink, OnlyMp4HasEvenSizes) {
 }
 
 TEST(VideoNames, OfOtherFormsAreRefused) {
-    for (const char *const wrong : {"", "a", "a.gif", "a.png", "a.jpg", "a_%d", "a_%d.jpg", "a.mkv"}) {
+    for (const char *const wrong : {"", "a", "a.gif", "a.png", "a.jpg", "a_%d", "a_%d.gif", "a.mkv"}) {
         const Status status = check_video_name(wrong);
         ASSERT_FALSE(status) << wrong;
         EXPECT_EQ(status.error().code, ErrorCode::usage);
     }
     for (const char *const good : {"a.avi", "a.AVI", "a.mp4", "-", "%d.png", "a_%03d.bmp"})
         EXPECT_TRUE(check_video_name(good)) << good;
+    EXPECT_TRUE(has_transparency("a_%d.png"));
+    EXPECT_FALSE(has_transparency("a_%d.jpg"));
     EXPECT_EQ(video_files({.output = "a_%d.png", .frames = 9}), (std::vector<std::string>{"a_1.png", "a_9.png"}));
 }
 
