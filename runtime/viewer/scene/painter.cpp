@@ -114,8 +114,7 @@ PictureLayers Painter::draw_layers(std::span<const PointRun> runs, const Camera 
     drawn = fast(appearance(look)).render(runs, camera, look.options.render, centres, {}, shown);
     if (draws_fine(look.options.quality, motion)) {
         begin_fine(runs, camera, look, size.x, size.y);
-        for (int sample = 0; sample < look.options.samples; ++sample)
-            drawn = fine_->add_sample();
+        drawn = fine_->add_samples(look.options.samples);
         fine_->resolve(layers.colour);
     } else {
         const ColourTable colours;
@@ -147,8 +146,8 @@ void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, c
     fine(appearance(look)).begin(runs, camera, look.options.render, Framebuffer(width, height));
 }
 
-RenderStatistics Painter::add_sample(Framebuffer &target, const std::atomic<bool> *stop) {
-    const RenderStatistics drawn = fine_->add_sample(stop);
+RenderStatistics Painter::add_samples(int count, Framebuffer &target, const std::atomic<bool> *stop) {
+    const RenderStatistics drawn = fine_->add_samples(count, stop);
     if (stop != nullptr && *stop)
         return drawn;
     with_depth_cue(fine_camera_, fine_cue_, target, [&](Framebuffer &picture) {
