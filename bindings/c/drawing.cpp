@@ -445,8 +445,7 @@ void Drawing::render_fine(const Detail &detail, const Request &request, Framebuf
         fine_->begin(detail.runs, request.view.camera, request.render, target);
         fine_picture_ = std::move(picture);
     }
-    while (fine_->samples() < request.samples)
-        fine_->add_sample();
+    fine_->add_samples(request.samples - fine_->samples());
     fine_->resolve(target);
 }
 

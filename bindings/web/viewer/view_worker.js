@@ -16,7 +16,7 @@
 //                                                             rest {}  the picture is the last one of this view
 //
 // It draws only what changed. A moving view is drawn at the scale that keeps the frame rate; a view at rest exactly,
-// and again as bytes arrive; then the fine picture with ever more samples, between which messages are heard.
+// and again as bytes arrive; then the fine picture with one sample and with all, between which messages are heard.
 import { CODES, loadPbm } from "../module/pbm.js";
 import { ForwardedAnswer } from "./answers.js";
 import { ByteStore } from "./byte_store.js";
@@ -235,14 +235,14 @@ class ViewWorker {
         return (
             this.#picture.settled &&
             this.#picture.samples < SAMPLES &&
-            (quality === "fine" || (quality === "auto" && this.#times.fine * this.#nextSamples() < QUICK_ENOUGH))
+            (quality === "fine" || (quality === "auto" && this.#times.fine * 2 < QUICK_ENOUGH))
         );
     }
 
-    // Twice as many as the picture has, or as many once more where the time that they took says nothing yet.
+    // One, and then all: together the others take less time than the first one, as a rule. One once more where the time
+    // that it took says nothing yet.
     #nextSamples() {
-        const { samples } = this.#picture;
-        return this.#isMeasured || samples === 0 ? Math.min(samples * 2 || 1, SAMPLES) : samples;
+        return this.#isMeasured && this.#picture.samples > 0 ? SAMPLES : 1;
     }
 
     // `time`: ms that a sample of the last picture took. Only a picture for which nothing was decoded tells what drawing

@@ -2,20 +2,23 @@
 
 #include "pbm_render/appearance/shade_table.h"
 #include "pbm_render/bricks/drawn_runs.h"
-#include "pbm_render/camera/unit_grid.h"
+#include "pbm_render/fine/fine_view.h"
+#include "pbm_render/fine/pixel_sampler.h"
+#include "pbm_render/fine/sample_sums.h"
 #include "pbm_render/fine/splat_blender.h"
-#include "pbm_render/fine/surface_points.h"
-#include "pbm_render/shading/surface_shader.h"
 #include "pbm_render/surroundings/surroundings.h"
-#include "pbm_render/surroundings/surroundings_view.h"
 #include "system/threads/parallel.h"
 
-#include <glm/geometric.hpp>
-
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
 namespace pbm {
 namespace {
@@ -43,34 +46,30 @@ struct ThreadScratch {
     SurfaceBuffer surface;
     SurfaceRow row;
     SurroundingsRow around;
+    NearPixels near;
+    SampledPixels pixels;
+    std::vector<float> depths; // [width]
 };
 
-// Values that all strips of a sample share.
-struct Sample {
-    glm::dvec2 offset;
-    const FrameGeometry &geometry;
-};
+// Moves a strip whose pixels are not used.
+void set_rows(DepthStrip &strip, int width, int top, int bottom) {
+    strip.width = width;
+    strip.top = top;
+    strip.bottom = bottom;
+}
 
-// Values that all samples of a picture share.
-struct Picture {
-    Picture(const ModelParameters &parameters, const Appearance &look, const Surroundings *surroundings,
-            const Camera &camera, const RenderOptions &asked, const Framebuffer &target)
-        : width(target.width), height(target.height), with_depths(!target.depth.empty()), options(asked),
-          projection(in_unit_grid(camera, parameters), target.width, target.height),
-          appearance(appearance_in_frame(parameters, options, projection.axes, look)),
-          points(parameters, appearance, options), around(surroundings, appearance, projection, options),
-          lights(lights_in_eye_space(appearance.lights, parameters.grid.edge(), projection)) {}
-
-    const int width, height;
-    const bool with_depths;
-    const RenderOptions options;
-    const Projection projection;
-    const Appearance appearance;
-    const SurfacePoints points;
-    const SurroundingsView around;
-    const std::vector<EyeLight> lights;
-    int samples = 0;
-    RenderStatistics statistics{};
+// Samples that are added at once.
+struct SampleGroup {
+    SampleGroup(int first, int wanted) : count(std::min(wanted, static_cast<int>(SampledPixels::kSamples))) {
+        for (std::size_t i = 0; i < SampledPixels::kSamples; ++i) {
+            of[i] = sample_offset(first + std::min(static_cast<int>(i), count - 1));
+            offsets.x[i] = static_cast<float>(of[i].x);
+            offsets.y[i] = static_cast<float>(of[i].y);
+        }
+    }
+    int count;
+    std::array<glm::dvec2, SampledPixels::kSamples> of;
+    SampledPixels::Offsets offsets;
 };
 
 } // namespace
@@ -80,14 +79,25 @@ struct FineRenderer::Frame {
           std::shared_ptr<const Surroundings> around)
         : parameters(p), surroundings(std::move(around)), appearance(p), runs(chunk_points), pool(std::move(threads)) {}
 
-    std::uint64_t draw(int top, int rows, const Sample &sample, ThreadScratch &at);
-    void blend(const FrameGeometry &geometry, ThreadScratch &at) const;
-    void collect_row(int y, const Sample &sample, ThreadScratch &at) const;
-    void read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel, SurfacePoint &to) const;
-    void mirror(const Sample &sample, float screen_y, SurfaceRow &row) const;
-    void add_row(int y, const Sample &sample, ThreadScratch &at);
+    int strip_rows() const { return std::max(kMinStripRows, kStripPixels / view->width); }
+    void for_each_strip(const std::atomic<bool> *stop,
+                        const std::function<void(int top, int bottom, ThreadScratch &)> &work);
+    void add_first(const std::atomic<bool> *stop);
+    std::uint64_t draw(int top, int bottom, ThreadScratch &at);
+    void blend(ThreadScratch &at) const;
+    void collect_row(int y, ThreadScratch &at) const;
+    void add_first_row(int y, ThreadScratch &at);
+
+    void choose_pixels();
+    void add_group(const SampleGroup &group, const std::atomic<bool> *stop);
+    void draw_group(const SampleGroup &group, int top, int bottom, ThreadScratch &at);
+    void draw_pixels(const SampleGroup &group, ThreadScratch &at) const;
+    void draw_near_pixels(const SampleGroup &group, ThreadScratch &at) const;
+    void collect_samples(const SampleGroup &group, int y, std::size_t sample, ThreadScratch &at) const;
+    void add_surroundings(int y, glm::dvec2 offset, ThreadScratch &at);
+
     Float4 behind_row(int y, const ColourTable &colours) const;
-    void resolve_row(int y, const ColourTable &colours, Framebuffer &target) const;
+    void resolve_row(int y, std::span<const Float4> means, const ColourTable &colours, Framebuffer &target) const;
 
     const ModelParameters &parameters;
     const std::shared_ptr<const Surroundings> surroundings;
@@ -95,10 +105,11 @@ struct FineRenderer::Frame {
     DrawnRuns runs;
     const std::shared_ptr<ThreadPool> pool;
 
-    std::optional<Picture> picture;
+    std::optional<FineView> view;
+    int samples = 0;
+    RenderStatistics statistics{};
     std::vector<ThreadScratch> thread_scratch; // [thread]
-    // [height][width]: sums over samples of light x alpha, and of alpha. resolve() adds a plain background.
-    PixelArray<Float4> sum_of_light;
+    SampleSums sums;
     PixelArray<float> first_depth; // [height][width], of the first sample, grid edges
 };
 
@@ -118,9 +129,7 @@ void FineRenderer::set_appearance(Appearance appearance) { frame_->appearance = 
 RenderStatistics FineRenderer::render(std::span<const PointRun> runs, const Camera &camera,
                                       const RenderOptions &options, Framebuffer &target, int samples) {
     begin(runs, camera, options, target);
-    RenderStatistics statistics;
-    for (int i = 0; i < std::max(samples, 1); ++i)
-        statistics = add_sample();
+    const RenderStatistics statistics = add_samples(std::max(samples, 1));
     resolve(target);
     return statistics;
 }
@@ -130,265 +139,322 @@ void FineRenderer::begin(std::span<const PointRun> runs, const Camera &camera, c
     Frame &frame = *frame_;
     assert(std::all_of(runs.begin(), runs.end(), [](const PointRun &run) { return run.offsets != nullptr; }));
     frame.runs.set(runs);
-    frame.picture.emplace(frame.parameters, frame.appearance, frame.surroundings.get(), camera, options, target);
+    frame.view.emplace(frame.parameters, frame.appearance, frame.surroundings.get(), camera, options, target);
     frame.thread_scratch.clear();
     for (int i = 0; i < frame.pool->threads(); ++i)
         frame.thread_scratch.emplace_back(target.width);
-    frame.sum_of_light.resize(target.pixels());
-    frame.first_depth.resize(frame.picture->with_depths ? target.pixels() : 0);
-    frame.picture->statistics = frame.runs.statistics();
+    frame.sums.begin(target.width, target.height);
+    frame.first_depth.resize(frame.view->with_depths ? target.pixels() : 0);
+    frame.samples = 0;
+    frame.statistics = frame.runs.statistics();
 }
 
-RenderStatistics FineRenderer::add_sample(const std::atomic<bool> *stop) {
-    const auto stopped = [stop] { return stop != nullptr && stop->load(std::memory_order_relaxed); };
+RenderStatistics FineRenderer::add_samples(int count, const std::atomic<bool> *stop) {
     Frame &frame = *frame_;
-    Picture &picture = *frame.picture;
-    const glm::dvec2 offset = sample_offset(picture.samples);
-    Projection projection = picture.projection;
-    projection.middle -= offset;
-    const FrameGeometry geometry(projection, picture.width, picture.height);
-    const Sample sample{offset, geometry};
-    frame.runs.begin_view(geometry);
-    frame.pool->run(frame.runs.size(), [&](std::size_t run, std::size_t) {
+    const auto stopped = [stop] { return stop != nullptr && stop->load(std::memory_order_relaxed); };
+    const int wanted = frame.samples + count;
+    if (frame.samples == 0 && count > 0) {
+        frame.add_first(stop);
         if (stopped())
-            return;
-        frame.runs.cull(run, geometry, [&](const RunGeometry &of, std::span<VisibleBrick> seen) {
-            make_bricks_soft(geometry, of, seen);
-        });
-        frame.runs.estimate_offsets(run);
-    });
-    if (stopped())
-        return {};
-
-    const int rows = std::max(kMinStripRows, kStripPixels / picture.width);
-    const auto count = static_cast<std::size_t>((picture.height + rows - 1) / rows);
-    std::vector<std::uint64_t> drawn(count);
-    frame.pool->run(count, [&](std::size_t i, std::size_t thread) {
-        if (!stopped())
-            drawn[i] = frame.draw(static_cast<int>(i) * rows, rows, sample, frame.thread_scratch[thread]);
-    });
-    picture.statistics.drawn_points = 0;
-    for (const std::uint64_t points : drawn)
-        picture.statistics.drawn_points += points;
-    ++picture.samples;
-    return picture.statistics;
+            return {};
+        frame.samples = 1;
+    }
+    if (frame.samples < wanted && !frame.sums.has_choice())
+        frame.choose_pixels();
+    while (frame.samples < wanted) {
+        const SampleGroup group(frame.samples, wanted - frame.samples);
+        frame.add_group(group, stop);
+        if (stopped())
+            return {};
+        frame.samples += group.count;
+    }
+    return frame.statistics;
 }
 
-int FineRenderer::samples() const { return frame_->picture ? frame_->picture->samples : 0; }
+int FineRenderer::samples() const { return frame_->samples; }
 
 void FineRenderer::resolve(Framebuffer &target) {
     const ColourTable colours;
-    frame_->pool->run(static_cast<std::size_t>(target.height),
-                      [&](std::size_t y, std::size_t) { frame_->resolve_row(static_cast<int>(y), colours, target); });
+    Frame &frame = *frame_;
+    frame.for_each_strip(nullptr, [&](int top, int bottom, ThreadScratch &) {
+        frame.sums.for_each_row(top, bottom, frame.samples, [&](int y, std::span<const Float4> means) {
+            frame.resolve_row(y, means, colours, target);
+        });
+    });
 }
 
 void FineRenderer::resolve(std::span<Float4> target) const {
     const Frame &frame = *frame_;
     const ColourTable colours;
-    const auto width = static_cast<std::size_t>(frame.picture->width);
-    const auto samples = static_cast<float>(frame.picture->samples);
-    for (int y = 0; y < frame.picture->height; ++y) {
+    frame.sums.for_each_row(0, frame.view->height, frame.samples, [&](int y, std::span<const Float4> means) {
         const Float4 behind = frame.behind_row(y, colours);
-        const std::size_t start = static_cast<std::size_t>(y) * width;
-        for (std::size_t i = start; i < start + width; ++i) {
-            const Float4 sum = frame.sum_of_light[i];
-            target[i] = (sum + behind * (samples - sum[3])) / samples;
-        }
-    }
+        std::transform(means.begin(), means.end(), target.begin() + std::ptrdiff_t{y} * frame.view->width,
+                       [&](Float4 mean) { return mean + behind * (1 - mean[3]); });
+    });
 }
 
-// Adds a sample to `rows` rows from row `top` on. Returns the number of points drawn.
-std::uint64_t FineRenderer::Frame::draw(int top, int rows, const Sample &sample, ThreadScratch &at) {
-    at.visible.begin(picture->width, top, std::min(top + rows, picture->height));
-    const FrameGeometry &geometry = sample.geometry;
+// Runs `work` for all strips of the picture, unless it is stopped.
+void FineRenderer::Frame::for_each_strip(const std::atomic<bool> *stop,
+                                         const std::function<void(int top, int bottom, ThreadScratch &)> &work) {
+    const int rows = strip_rows();
+    pool->run(static_cast<std::size_t>((view->height + rows - 1) / rows), [&](std::size_t i, std::size_t thread) {
+        const int top = static_cast<int>(i) * rows;
+        if (stop == nullptr || !stop->load(std::memory_order_relaxed))
+            work(top, std::min(top + rows, view->height), thread_scratch[thread]);
+    });
+}
+
+// Adds the sample at the centres of all pixels.
+void FineRenderer::Frame::add_first(const std::atomic<bool> *stop) {
+    runs.begin_view(view->geometry);
+    pool->run(runs.size(), [&](std::size_t run, std::size_t) {
+        if (stop != nullptr && stop->load(std::memory_order_relaxed))
+            return;
+        runs.cull(run, view->geometry, [&](const RunGeometry &of, std::span<VisibleBrick> seen) {
+            make_bricks_soft(view->geometry, of, seen);
+        });
+        runs.estimate_offsets(run);
+    });
+    std::atomic<std::uint64_t> drawn = 0;
+    for_each_strip(stop, [&](int top, int bottom, ThreadScratch &at) { drawn += draw(top, bottom, at); });
+    statistics.drawn_points = drawn;
+}
+
+// Adds the first sample to the rows of a strip. Returns the number of points drawn.
+std::uint64_t FineRenderer::Frame::draw(int top, int bottom, ThreadScratch &at) {
+    const FrameGeometry &geometry = view->geometry;
+    at.visible.begin(view->width, top, bottom);
     at.fronts.clear();
     at.backs.clear();
     std::uint64_t drawn = 0;
-    runs.for_each_in_rows(top, at.visible.bottom,
+    runs.for_each_in_rows(top, bottom,
                           [&](const RunGeometry &run, std::span<const VisibleBrick> seen, std::uint32_t first_id) {
                               drawn += draw_fronts(geometry, run, seen, first_id, at.visible, at.fronts, at.backs);
                           });
     if (geometry.shows_backs) {
         at.farthest.begin(at.visible);
-        runs.for_each_in_rows(top, at.visible.bottom,
+        runs.for_each_in_rows(top, bottom,
                               [&](const RunGeometry &run, std::span<const VisibleBrick> seen, std::uint32_t first_id) {
                                   drawn += add_backs(geometry, run, seen, first_id, at.visible, at.farthest, at.backs);
                               });
         draw_and_keep_visible(geometry, at.backs, at.farthest, at.visible);
     }
-    blend(geometry, at);
-    const EyeRays rays{sample.geometry.middle_x, sample.geometry.middle_y, sample.geometry.inverse_focal};
-    for (int y = at.visible.top; y < at.visible.bottom; ++y) {
-        collect_row(y, sample, at);
-        const float screen_y = static_cast<float>(y) + 0.5F;
-        shade_row(rays, picture->lights, picture->points.shadowed(), screen_y, at.row);
-        if (picture->around.has_reflections())
-            mirror(sample, screen_y, at.row);
-        add_row(y, sample, at);
+    blend(at);
+    for (int y = top; y < bottom; ++y) {
+        collect_row(y, at);
+        view->shade(y, view->rays(), at.row);
+        add_first_row(y, at);
     }
     return drawn;
 }
 
 // Blends fronts where fronts are visible, and backs where backs are.
-void FineRenderer::Frame::blend(const FrameGeometry &geometry, ThreadScratch &at) const {
-    at.surface.begin(at.visible, picture->points.groups(), !at.backs.empty());
-    blend_points(geometry, at.visible, at.fronts, picture->points, at.surface);
+void FineRenderer::Frame::blend(ThreadScratch &at) const {
+    at.surface.begin(at.visible, view->points.groups(), !at.backs.empty());
+    blend_points(view->geometry, at.visible, at.fronts, view->points, at.surface);
     if (!at.surface.shows_backs())
         return;
     at.surface.swap_sides();
-    blend_points(geometry, at.visible, at.backs, picture->points, at.surface);
+    blend_points(view->geometry, at.visible, at.backs, view->points, at.surface);
     at.surface.join_sides();
 }
 
-// Reads the visible point of a pixel that has no usable sums.
-void FineRenderer::Frame::read_visible_point(std::uint32_t id, const Sample &sample, glm::vec2 pixel,
-                                             SurfacePoint &to) const {
-    const PointRun &run = runs[runs.ids().run(id)];
-    const std::size_t i = runs.ids().point(id);
-    const FrameGeometry &geometry = sample.geometry;
-    const std::uint16_t stored = run.chunk->normals[i];
-    const EyeNormal &n = geometry.normals[static_cast<std::size_t>(stored & geometry.normal_mask)];
-    const float facing = n.x * (pixel.x - geometry.middle_x) * geometry.inverse_focal +
-                         n.y * (pixel.y - geometry.middle_y) * geometry.inverse_focal + n.z;
-    const bool turn = PointIds::is_back(id) || ((stored & kTwoSidedBit) != 0 && facing > 0);
-    const float sign = turn ? -1.0F : 1.0F;
-    to.channels[channel::kNormal] = sign * n.x;
-    to.channels[channel::kNormal + 1] = sign * n.y;
-    to.channels[channel::kNormal + 2] = sign * n.z;
-    to.channels[channel::kWeight] = 1;
-    picture->points.read(run, i, to);
-}
-
 // Collects the blended surface of a row's pixels for shading.
-void FineRenderer::Frame::collect_row(int y, const Sample &sample, ThreadScratch &at) const {
-    SurfaceRow &row = at.row;
+void FineRenderer::Frame::collect_row(int y, ThreadScratch &at) const {
     const SurfaceBuffer &surface = at.surface;
-    const SurfacePoints &points = picture->points;
-    const Material &material = picture->appearance.materials[0];
-    const std::array<float, 4> same_phong{material.ka, material.kd, material.ks, material.power};
     const float *const depths = surface.depth.data() + surface.offset(0, y);
-    row.count = 0;
-    SurfacePoint alone;
-    for (int x = 0; x < surface.width; ++x) {
-        const float depth = depths[x];
-        if (depth == std::numeric_limits<float>::infinity())
-            continue;
-        const std::size_t to = row.count++;
-        const float screen_x = static_cast<float>(x) + 0.5F;
-        const float *sums = surface.sums_of(surface.offset(x, y))->channels.data();
-        // Sums with less weight, or with normals that cancel each other, are not usable.
-        constexpr float kMinWeight = 1e-3F, kMinNormal2 = 1e-2F;
-        const auto length2 = [&] { return sums[0] * sums[0] + sums[1] * sums[1] + sums[2] * sums[2]; };
-        if (const float weight = sums[channel::kWeight];
-            weight < kMinWeight || length2() < kMinNormal2 * weight * weight) {
-            read_visible_point(at.visible.id(x, y), sample, {screen_x, static_cast<float>(y) + 0.5F}, alone);
-            sums = alone.channels.data();
-        }
-        const float inverse = 1 / sums[channel::kWeight], inverse_length = 1 / std::sqrt(length2());
-        row.x[to] = x;
-        row.screen_x[to] = screen_x;
-        row.depth[to] = depth;
-        for (std::size_t k = 0; k < 3; ++k) {
-            row.normal[k][to] = sums[channel::kNormal + k] * inverse_length;
-            row.colour[k][to] = sums[channel::kColour + k] * inverse;
-        }
-        row.environment[to] = sums[channel::kEnvironment] * inverse;
-        for (std::size_t k = 0; k < 4; ++k)
-            row.phong[k][to] = points.has_phong() ? sums[channel::kPhong + k] * inverse : same_phong[k];
-        for (std::size_t light = 0; light < points.shadowed(); ++light)
-            row.lit[light][to] = std::clamp(sums[channel::kLit + light] * inverse, 0.0F, 1.0F);
-    }
+    at.row.count = 0;
+    for (int x = 0; x < surface.width; ++x)
+        if (depths[x] < std::numeric_limits<float>::infinity())
+            view->collect(
+                {x, y, depths[x], surface.sums_of(surface.offset(x, y))->channels.data(), at.visible.id(x, y)},
+                view->rays(), runs, at.row);
 }
 
-// Blends the panorama's light along the mirrored ray into a row.
-void FineRenderer::Frame::mirror(const Sample &sample, float screen_y, SurfaceRow &row) const {
-    const EyeAxes &axes = picture->projection.axes;
-    const auto right = glm::vec3(axes.right), down = glm::vec3(-axes.up), forward = glm::vec3(axes.forward);
-    const FrameGeometry &geometry = sample.geometry;
-    const auto normal = [&](std::size_t i) { return glm::vec3(row.normal[0][i], row.normal[1][i], row.normal[2][i]); };
-    for (std::size_t i = 0; i < row.count; ++i) {
-        const float factor = row.environment[i];
-        if (factor <= 0)
-            continue;
-        const glm::vec3 n = normal(i);
-        const glm::vec3 ray = glm::normalize(glm::vec3((row.screen_x[i] - geometry.middle_x) * geometry.inverse_focal,
-                                                       (screen_y - geometry.middle_y) * geometry.inverse_focal, 1));
-        const glm::vec3 mirrored = ray - 2 * glm::dot(n, ray) * n;
-        // The mirrored ray turns by twice the angle between the normals of neighbouring pixels, edges excluded.
-        float turn = 1;
-        if (i > 0 && row.x[i] == row.x[i - 1] + 1)
-            turn = glm::distance(n, normal(i - 1));
-        if (i + 1 < row.count && row.x[i + 1] == row.x[i] + 1)
-            turn = std::min(turn, glm::distance(n, normal(i + 1)));
-        const glm::vec3 direction = right * mirrored.x + down * mirrored.y + forward * mirrored.z;
-        const Float4 seen = picture->around.reflection(direction, 2 * turn + geometry.inverse_focal);
-        for (std::size_t k = 0; k < 3; ++k) {
-            float &colour = row.colour[k][i];
-            colour += factor * (seen[static_cast<int>(k)] - colour);
-        }
-    }
-}
-
-void FineRenderer::Frame::add_row(int y, const Sample &sample, ThreadScratch &at) {
+void FineRenderer::Frame::add_first_row(int y, ThreadScratch &at) {
     const SurfaceRow &row = at.row;
-    const auto width = static_cast<std::size_t>(picture->width);
-    const std::size_t start = static_cast<std::size_t>(y) * width;
-    Float4 *const to = sum_of_light.data() + start;
-    const bool is_first = picture->samples == 0;
-    if (is_first)
-        std::fill_n(to, width, Float4{});
+    const auto width = static_cast<std::size_t>(view->width);
+    const std::span<Float4> to = sums.row(y);
+    std::fill(to.begin(), to.end(), Float4{});
     const float *const depths = at.surface.depth.data() + at.surface.offset(0, y);
     const auto opaque = [&](std::size_t i) { return Float4{row.colour[0][i], row.colour[1][i], row.colour[2][i], 1}; };
-    if (picture->around.is_plain()) {
-        for (std::size_t i = 0; i < row.count; ++i)
-            to[row.x[i]] += opaque(i);
-        if (is_first && picture->with_depths)
-            std::copy_n(depths, width, first_depth.data() + start);
+    float *const depths_to = view->with_depths ? first_depth.data() + static_cast<std::size_t>(y) * width : nullptr;
+    if (depths_to != nullptr)
+        std::copy_n(depths, width, depths_to);
+    for (std::size_t i = 0; i < row.count; ++i)
+        to[static_cast<std::size_t>(row.x[i])] = opaque(i);
+    if (view->around.is_plain())
         return;
-    }
     SurroundingsRow &around = at.around;
-    picture->around.look(glm::dvec2(0.5, y + 0.5) + sample.offset, width, depths, around);
+    view->around.look(glm::dvec2(0.5, y + 0.5), width, depths, around);
+    for (std::size_t x = 0; x < width; ++x)
+        if (to[x][3] == 0 || around.coverage[x] > 0)
+            to[x] = Float4{around.red[x], around.green[x], around.blue[x], 1} * around.alpha[x];
+    if (depths_to != nullptr)
+        for (std::size_t x = 0; x < width; ++x)
+            if (around.coverage[x] >= 0.5F)
+                depths_to[x] = around.depth[x];
+}
+
+// Chooses the pixels that get more samples.
+void FineRenderer::Frame::choose_pixels() {
+    const ColourTable colours;
+    sums.begin_choice(view->around.has_reflections()); // mirrors need the normals beside a pixel
+    for_each_strip(nullptr, [&](int top, int bottom, ThreadScratch &at) {
+        at.surface = {};
+        sums.choose(top, bottom, [&](int y) { return behind_row(y, colours); });
+    });
+}
+
+// Adds several samples to the chosen pixels.
+void FineRenderer::Frame::add_group(const SampleGroup &group, const std::atomic<bool> *stop) {
+    for_each_strip(stop, [&](int top, int bottom, ThreadScratch &at) { draw_group(group, top, bottom, at); });
+}
+
+void FineRenderer::Frame::draw_group(const SampleGroup &group, int top, int bottom, ThreadScratch &at) {
+    at.near.begin(sums.chosen(), top, bottom);
+    at.fronts.clear();
+    at.backs.clear();
+    set_rows(at.visible, view->width, top, bottom);
+    runs.for_each_in_rows(
+        top - 1, bottom + 1, [&](const RunGeometry &run, std::span<const VisibleBrick> seen, std::uint32_t first_id) {
+            find_points(view->geometry, run, seen, first_id, at.visible, at.near, at.fronts, at.backs);
+        });
+    for (int row = top; row < bottom; row = at.pixels.bottom) {
+        at.pixels.begin(sums.chosen(), row, bottom, view->points.groups());
+        if (at.pixels.count == 0)
+            continue;
+        set_rows(at.visible, view->width, row, at.pixels.bottom);
+        draw_pixels(group, at);
+        for (int y = row; y < at.pixels.bottom; ++y)
+            for (std::size_t sample = 0; sample < static_cast<std::size_t>(group.count); ++sample) {
+                collect_samples(group, y, sample, at);
+                view->shade(y, view->rays(group.of[sample]), at.row);
+                const std::span<Float4> to = sums.row(y);
+                if (!view->around.is_plain()) {
+                    add_surroundings(y, group.of[sample], at);
+                    continue;
+                }
+                for (std::size_t i = 0; i < at.row.count; ++i)
+                    to[static_cast<std::size_t>(at.row.x[i])] +=
+                        Float4{at.row.colour[0][i], at.row.colour[1][i], at.row.colour[2][i], 1};
+            }
+    }
+}
+
+// Draws and blends the points of a strip into its chosen pixels.
+void FineRenderer::Frame::draw_pixels(const SampleGroup &group, ThreadScratch &at) const {
+    const FrameGeometry &geometry = view->geometry;
+    SampledPixels &pixels = at.pixels;
+    draw_samples(geometry, at.visible, at.fronts, group.offsets, nullptr, pixels);
+    if (!at.backs.empty()) {
+        pixels.find_hiding_depths();
+        draw_samples(geometry, at.visible, at.backs, group.offsets, pixels.farthest_front.data(), pixels);
+    }
+    draw_near_pixels(group, at);
+    const bool any_back = pixels.split_sides();
+    blend_samples(geometry, at.visible, at.fronts, view->points, group.offsets,
+                  {pixels.depth.data(), pixels.farthest_front.data()}, pixels);
+    if (any_back)
+        blend_samples(geometry, at.visible, at.backs, view->points, group.offsets,
+                      {pixels.back_depth.data(), pixels.farthest_back.data()}, pixels);
+}
+
+// Draws the splats around the eye.
+void FineRenderer::Frame::draw_near_pixels(const SampleGroup &group, ThreadScratch &at) const {
+    const auto has_near = [](const auto &block) { return !block->points.near.empty(); };
+    const auto any_near = [&](const StripPoints &points) {
+        return std::any_of(points.blocks().begin(), points.blocks().end(), has_near);
+    };
+    if (!any_near(at.fronts) && !any_near(at.backs))
+        return;
+    FrameGeometry geometry = view->geometry;
+    for (std::size_t sample = 0; sample < static_cast<std::size_t>(group.count); ++sample) {
+        const EyeRays rays = view->rays(group.of[sample]);
+        geometry.middle_x = rays.middle_x;
+        geometry.middle_y = rays.middle_y;
+        at.visible.begin(view->width, at.pixels.top, at.pixels.bottom);
+        for (const StripPoints *points : {&at.fronts, &at.backs})
+            for (const auto &block : points->blocks())
+                draw_near(block->points.near, geometry, at.visible);
+        at.pixels.for_each_in_box(
+            0, view->width, at.pixels.top, at.pixels.bottom, [&](int x, int y, std::size_t pixel) {
+                double &to = at.pixels.visible[pixel * SampledPixels::kSamples + sample];
+                to = std::min(to, at.visible.pixels[static_cast<std::size_t>(at.visible.offset(x, y))]);
+            });
+    }
+}
+
+// Collects a sample of a row's chosen pixels for shading.
+void FineRenderer::Frame::collect_samples(const SampleGroup &group, int y, std::size_t sample,
+                                          ThreadScratch &at) const {
+    const SampledPixels &pixels = at.pixels;
+    const std::size_t channels = pixels.groups * kGroupChannels;
+    const EyeRays rays = view->rays(group.of[sample]);
+    std::array<float, kMaxGroups * kGroupChannels> sums_of_pixel;
+    at.row.count = 0;
+    pixels.for_each_in_box(0, view->width, y, y + 1, [&](int x, int, std::size_t pixel) {
+        const std::size_t i = pixel * SampledPixels::kSamples + sample;
+        const float depth = std::min(pixels.depth[i], pixels.back_depth[i]);
+        if (depth == std::numeric_limits<float>::infinity())
+            return;
+        for (std::size_t channel = 0; channel < channels; ++channel)
+            sums_of_pixel[channel] = pixels.sums[pixel * channels + channel].channels[sample];
+        view->collect({x, y, depth, sums_of_pixel.data(), DepthStrip::id_of(pixels.visible[i])}, rays, runs, at.row);
+    });
+}
+
+// Adds a sample of a row's chosen pixels, which ground and panorama may be seen in.
+void FineRenderer::Frame::add_surroundings(int y, glm::dvec2 offset, ThreadScratch &at) {
+    const SurfaceRow &row = at.row;
+    const std::span<Float4> to = sums.row(y);
+    const auto width = static_cast<std::size_t>(view->width);
+    at.depths.assign(width, 0); // behind other pixels nothing is looked for
+    for_each_bit(sums.chosen().row(y),
+                 [&](int x) { at.depths[static_cast<std::size_t>(x)] = std::numeric_limits<float>::infinity(); });
+    for (std::size_t i = 0; i < row.count; ++i)
+        at.depths[static_cast<std::size_t>(row.x[i])] = row.depth[i];
+    view->around.look(glm::dvec2(0.5, y + 0.5) + offset, width, at.depths.data(), at.around);
+    const SurroundingsRow &around = at.around;
     std::size_t i = 0;
-    for (std::size_t x = 0; x < width; ++x) {
-        const bool is_object = i < row.count && static_cast<std::size_t>(row.x[i]) == x;
+    for_each_bit(sums.chosen().row(y), [&](int column) {
+        const auto x = static_cast<std::size_t>(column);
+        const bool is_object = i < row.count && row.x[i] == column;
         if (is_object && around.coverage[x] <= 0)
-            to[x] += opaque(i);
+            to[x] += Float4{row.colour[0][i], row.colour[1][i], row.colour[2][i], 1};
         else
             to[x] += Float4{around.red[x], around.green[x], around.blue[x], 1} * around.alpha[x];
         i += is_object;
-    }
-    if (is_first && picture->with_depths)
-        for (std::size_t x = 0; x < width; ++x)
-            first_depth[start + x] = around.coverage[x] >= 0.5F ? around.depth[x] : depths[x];
+    });
 }
 
 // What a sample that meets nothing adds to sums of light: the background, where it is plain.
 Float4 FineRenderer::Frame::behind_row(int y, const ColourTable &colours) const {
-    if (!picture->around.is_plain())
+    if (!view->around.is_plain())
         return Float4{};
-    const Rgba8 background = background_at(picture->options, (y + 0.5) / picture->height);
+    const Rgba8 background = background_at(view->options, (y + 0.5) / view->height);
     return (colours.linear(pack_rgba(background)) + Float4{0, 0, 0, 1}) * (static_cast<float>(background[3]) / 255);
 }
 
-void FineRenderer::Frame::resolve_row(int y, const ColourTable &colours, Framebuffer &target) const {
-    const auto width = static_cast<std::size_t>(picture->width);
+void FineRenderer::Frame::resolve_row(int y, std::span<const Float4> means, const ColourTable &colours,
+                                      Framebuffer &target) const {
+    const auto width = static_cast<std::size_t>(view->width);
     const std::size_t start = static_cast<std::size_t>(y) * width;
-    const std::uint32_t background = pack_rgba(background_at(picture->options, (y + 0.5) / picture->height));
-    const auto samples = static_cast<float>(picture->samples);
+    const std::uint32_t background = pack_rgba(background_at(view->options, (y + 0.5) / view->height));
     const Float4 behind = behind_row(y, colours);
-    for (std::size_t i = start; i < start + width; ++i) {
-        const Float4 sum = sum_of_light[i];
-        if (sum[3] <= 0) {
-            target.colour[i] = background;
+    for (std::size_t x = 0; x < width; ++x) {
+        const Float4 mean = means[x];
+        if (mean[3] <= 0) {
+            target.colour[start + x] = background;
             continue;
         }
-        const float missing = picture->around.is_plain() ? samples - sum[3] : 0;
-        const Float4 all = sum + behind * missing;
+        const float missing = view->around.is_plain() ? 1 - mean[3] : 0;
+        const Float4 all = mean + behind * missing;
         const std::uint32_t rgb = colours.pack_srgb(all / all[3]) & 0xFFFFFF;
-        const auto alpha = static_cast<std::uint32_t>(std::min(all[3] / samples, 1.0F) * 255 + 0.5F);
-        target.colour[i] = rgb | alpha << 24;
+        const auto alpha = static_cast<std::uint32_t>(std::min(all[3], 1.0F) * 255 + 0.5F);
+        target.colour[start + x] = rgb | alpha << 24;
     }
-    if (target.depth.empty() || !picture->with_depths)
+    if (target.depth.empty() || !view->with_depths)
         return;
     const auto edge = static_cast<float>(parameters.grid.edge());
     std::transform(first_depth.begin() + static_cast<std::ptrdiff_t>(start),

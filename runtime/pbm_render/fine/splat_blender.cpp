@@ -13,8 +13,8 @@
 
 #include <hwy/highway.h>
 
+#include "pbm_render/fine/soft_splats.h"
 #include "pbm_render/splats/hidden_splats.h"
-#include "pbm_render/splats/splat_projection.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pbm::HWY_NAMESPACE {
@@ -23,18 +23,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Group = hn::CappedTag<float, kGroupChannels>;
 
-// Splats of a group: the same number on every target, so that all targets add in the same order.
-inline constexpr std::size_t kGroupSplats = kMaxLanes;
 // Edge, in pixels, of the largest block for which a group is drawn pixel by pixel, all splats at once.
 inline constexpr std::int32_t kSmallBlock = 7;
-
-inline constexpr Enlargement kSoftSplats{.radius = kKernelRadius, .low_pass = kLowPass};
-
-struct SplatGroup {
-    Ellipses ellipses;
-    alignas(64) std::array<float, kGroupSplats> across; // converts differences of depths to halves of kBlendBand
-    std::int32_t columns, rows;                         // pixels of the largest box
-};
 
 HWY_INLINE void measure_group(SplatGroup &group) {
     group.columns = group.rows = 0;
@@ -116,32 +106,6 @@ struct Blending {
     SurfaceBuffer &surface;
 };
 
-HWY_INLINE void read_point(const Blending &blending, std::size_t i, SurfacePoint &to) {
-    const FrameGeometry &frame = blending.at.frame;
-    const FacingPoints &facing = blending.block.points;
-    const EyeNormal &n = frame.normals[static_cast<std::size_t>(facing.normal_index[i] & frame.normal_mask)];
-    const float ray_x = (facing.x[i] - frame.middle_x) * frame.inverse_focal,
-                ray_y = (facing.y[i] - frame.middle_y) * frame.inverse_focal;
-    const bool turn =
-        facing.are_backs || ((facing.normal[i] & kPackedTwoSided) != 0 && n.x * ray_x + n.y * ray_y + n.z > 0);
-    const float sign = turn ? -1.0F : 1.0F;
-    to.channels[channel::kNormal] = sign * n.x;
-    to.channels[channel::kNormal + 1] = sign * n.y;
-    to.channels[channel::kNormal + 2] = sign * n.z;
-    to.channels[channel::kWeight] = 1;
-    const std::uint32_t point =
-        (static_cast<std::uint32_t>(facing.id[i]) & ~PointIds::kBackBit) - blending.block.first_id;
-    blending.looks.read(*blending.at.run.run, point, to);
-}
-
-// The weight of a splat at a pixel. `form`: the quadratic form there; `behind`: distance of the visible surface from
-// the plane in halves of kBlendBand. The weight is 0 outside the splat and where there is no surface.
-template <class D, class V = hn::Vec<D>> HWY_INLINE V blend_weight(D d, V form, V behind) {
-    const auto zero = hn::Zero(d), one = hn::Set(d, 1);
-    const V near = hn::Max(hn::Sub(hn::Set(d, 2), hn::Abs(behind)), zero), inside = hn::Max(hn::Sub(one, form), zero);
-    return hn::Mul(hn::Mul(inside, inside), hn::Min(near, one));
-}
-
 // Adds a point to `kPixels` pixels of each of `kRows` rows.
 template <std::size_t kGroups, std::size_t kRows, std::size_t kPixels>
 HWY_INLINE void add_point(const SurfacePoint &point, const float *weights, SurfaceGroup *to, std::size_t stride) {
@@ -187,7 +151,7 @@ HWY_INLINE void blend_splat(const Blending &blending, const SplatGroup &group, s
             if (hn::AllFalse(d, hn::Gt(weight, hn::Zero(d))))
                 continue;
             if (!is_read)
-                read_point(blending, i, point);
+                read_point(blending.at.frame, blending.block, i, blending.looks, point);
             is_read = true;
             alignas(64) std::array<float, kGroupChannels> weights;
             hn::Store(weight, d, weights.data());
@@ -244,15 +208,6 @@ HWY_INLINE bool weigh_tile(const SplatGroup &group, std::size_t lane, const Surf
     return !hn::AllFalse(d, hn::Gt(largest, hn::Zero(d)));
 }
 
-HWY_INLINE void project_soft_splats(const StripRun &at, const FacingPoints &facing, std::size_t first, SplatGroup &to) {
-    const Floats d;
-    for (std::size_t i = 0; i < kGroupSplats; i += hn::Lanes(d)) {
-        const ProjectedSplats splats = project_ellipses<true>(at, facing, first + i, to.ellipses, i, kSoftSplats);
-        const Vector band = hn::Mul(hn::Set(d, kBlendBand / 2), hn::LoadU(d, facing.radius.data() + first + i));
-        hn::Store(hn::Div(hn::Max(splats.cosine, hn::Set(d, kBandCosine)), band), d, to.across.data() + i);
-    }
-}
-
 template <std::size_t kGroups> HWY_INLINE void blend_block(const Blending &blending) {
     SplatGroup group;
     std::array<Tile, kGroupSplats> tiles;
@@ -260,7 +215,7 @@ template <std::size_t kGroups> HWY_INLINE void blend_block(const Blending &blend
     SurfaceBuffer &surface = blending.surface;
     const Ellipses &e = group.ellipses;
     for (std::size_t i = 0; i < facing.count; i += kGroupSplats) {
-        project_soft_splats(blending.at, facing, i, group);
+        project_soft_splats<false>(blending.at, facing, i, group);
         std::uint32_t small = 0, large = 0;
         for (std::size_t lane = 0; lane < kGroupSplats; ++lane) {
             const std::int32_t columns = e.right[lane] - e.left[lane], rows = e.bottom[lane] - e.top[lane];
@@ -276,7 +231,7 @@ template <std::size_t kGroups> HWY_INLINE void blend_block(const Blending &blend
         for (; visible != 0; visible &= visible - 1) {
             const auto lane = static_cast<std::size_t>(std::countr_zero(visible));
             SurfacePoint point;
-            read_point(blending, i + lane, point);
+            read_point(blending.at.frame, blending.block, i + lane, blending.looks, point);
             add_point<kGroups, kTileEdge, kTileEdge>(point, tiles[lane].weights.data(),
                                                      surface.sums_of(surface.offset(e.left[lane], e.top[lane])),
                                                      static_cast<std::size_t>(surface.stride) * kGroups);
@@ -369,6 +324,13 @@ struct OpenBlock {
 
 bool touches(const VisibleBrick &it, const DepthStrip &strip) { return it.top < strip.bottom && it.bottom > strip.top; }
 
+// Adds the points of a brick. Apart, so that there is one copy of the loop.
+HWY_NOINLINE std::uint64_t add_points(const StripRun &at, const VisibleBrick &brick, std::uint32_t first_id,
+                                      const BothSides &to) {
+    return brick.has_backs ? add_brick_with_backs<0, true>(at, brick, first_id, to, kSoftSplats)
+                           : add_brick<0, true, false>(at, brick, first_id, to, kSoftSplats);
+}
+
 std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                           std::uint32_t first_id, DepthStrip &strip, StripPoints &fronts, StripPoints &backs) {
     const StripRun at{frame, run, strip};
@@ -378,8 +340,7 @@ std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, st
         if (!touches(it, strip) || !it.has_fronts)
             continue;
         const BothSides to{front.open(run, first_id), it.has_backs ? back.open(run, first_id) : nullptr};
-        added += it.has_backs ? add_brick_with_backs<0, true>(at, it, first_id, to, kSoftSplats)
-                              : add_brick<0, true, false>(at, it, first_id, to, kSoftSplats);
+        added += add_points(at, it, first_id, to);
         if (to.fronts->count >= kWaiting)
             draw_points(at, *to.fronts, strip);
     }
@@ -395,8 +356,52 @@ std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std:
     std::uint64_t added = 0;
     for (const VisibleBrick &it : seen)
         if (touches(it, strip) && !it.has_fronts && !farthest.hide(it))
-            added += add_brick_with_backs<0, true>(at, it, first_id, {nullptr, back.open(run, first_id)}, kSoftSplats);
+            added += add_points(at, it, first_id, {nullptr, back.open(run, first_id)});
     return added;
+}
+
+// Forgets the points of a block from `first` on whose soft ellipses reach no chosen pixel.
+void keep_near(const StripRun &at, const NearPixels &chosen, std::size_t first, FacingPoints &facing) {
+    constexpr float kSlack = 1.02F;  // packed normals are up to 1 % too long
+    constexpr float kBeside = 1.25F; // from a chosen pixel to a sample, and from the point to its pixel, with rounding
+    const FrameGeometry &frame = at.frame;
+    const float inset = kPlacedOutlineInset + (facing.are_backs ? kBackOutlineInset : 0);
+    std::size_t kept = first;
+    for (std::size_t i = first; i < facing.count; ++i) {
+        const float x = facing.x[i], y = facing.y[i];
+        const float off_axis = std::max(std::abs(x - frame.middle_x), std::abs(y - frame.middle_y));
+        const float pixels = kSlack * (frame.focal + off_axis) / facing.w[i]; // of a length of 1
+        const float radius = kKernelRadius * facing.radius[i] * pixels,
+                    moved = (inset + std::abs(facing.offset[i])) * at.run.voxel * pixels + kBeside;
+        const auto is_within = [&](float distance) { // sqrt(radius^2 + low pass^2) + moved <= distance
+            const float rest = distance - moved;
+            return rest > 0 && radius * radius + kLowPass * kLowPass <= rest * rest;
+        };
+        if (is_within(NearPixels::kVeryNear) ? chosen.has_very_near(x, y)
+                                             : !is_within(NearPixels::kNear) || chosen.has(x, y))
+            facing.move(i, kept++);
+    }
+    facing.count = kept;
+}
+
+void find_points(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
+                 std::uint32_t first_id, const DepthStrip &strip, const NearPixels &chosen, StripPoints &fronts,
+                 StripPoints &backs) {
+    const StripRun at{frame, run, strip};
+    OpenBlock front{fronts}, back{backs};
+    for (const VisibleBrick &it : seen) {
+        if (!chosen.touch(it))
+            continue;
+        const BothSides to{it.has_fronts ? front.open(run, first_id) : nullptr,
+                           it.has_backs ? back.open(run, first_id) : nullptr};
+        const std::size_t first = to.fronts != nullptr ? to.fronts->count : 0,
+                          first_back = to.backs != nullptr ? to.backs->count : 0;
+        add_points(at, it, first_id, to);
+        if (to.fronts != nullptr)
+            keep_near(at, chosen, first, *to.fronts);
+        if (to.backs != nullptr)
+            keep_near(at, chosen, first_back, *to.backs);
+    }
 }
 
 void draw_and_keep_visible(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest,
@@ -427,6 +432,7 @@ namespace pbm {
 
 HWY_EXPORT(draw_fronts);
 HWY_EXPORT(add_backs);
+HWY_EXPORT(find_points);
 HWY_EXPORT(draw_and_keep_visible);
 HWY_EXPORT(blend_points);
 
@@ -438,6 +444,12 @@ std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, st
 std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                         std::uint32_t first_id, const DepthStrip &strip, FarthestDepths &farthest, StripPoints &backs) {
     return HWY_DYNAMIC_DISPATCH(add_backs)(frame, run, seen, first_id, strip, farthest, backs);
+}
+
+void find_points(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
+                 std::uint32_t first_id, const DepthStrip &strip, const NearPixels &chosen, StripPoints &fronts,
+                 StripPoints &backs) {
+    HWY_DYNAMIC_DISPATCH(find_points)(frame, run, seen, first_id, strip, chosen, fronts, backs);
 }
 
 void draw_and_keep_visible(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest,

@@ -4,6 +4,7 @@
 // Kobbelt. Efficient High Quality Rendering of Point Sampled Geometry. 2002 (visibility, then blending)
 #pragma once
 
+#include "pbm_render/fine/sampled_pixels.h"
 #include "pbm_render/fine/strip_points.h"
 #include "pbm_render/fine/surface_buffer.h"
 #include "pbm_render/fine/surface_points.h"
@@ -38,6 +39,12 @@ std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, st
 // for the strip after all fronts are drawn. Returns the number of points; each point counts in one strip only.
 std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                         std::uint32_t first_id, const DepthStrip &strip, FarthestDepths &farthest, StripPoints &backs);
+
+// Appends the points of the bricks in `seen` whose soft splats may reach chosen pixels of the strip, whose depths are not
+// used.
+void find_points(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
+                 std::uint32_t first_id, const DepthStrip &strip, const NearPixels &chosen, StripPoints &fronts,
+                 StripPoints &backs);
 
 // Draws the backs that may be visible as ellipses, and removes the others. `farthest`: as for add_backs.
 void draw_and_keep_visible(const FrameGeometry &frame, StripPoints &backs, FarthestDepths &farthest, DepthStrip &strip);

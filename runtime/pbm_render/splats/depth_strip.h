@@ -27,6 +27,9 @@ struct DepthStrip {
     static constexpr float depth_of(double pixel) {
         return std::bit_cast<float>(static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(pixel) >> 32));
     }
+    static constexpr std::uint32_t id_of(double pixel) {
+        return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(pixel));
+    }
 
     // Clears the strip for rows first .. end - 1 of a picture.
     void begin(int picture_width, int first, int end) {
@@ -45,9 +48,7 @@ struct DepthStrip {
     }
 
     float depth(int x, int y) const { return depth_of(pixels[static_cast<std::size_t>(offset(x, y))]); }
-    std::uint32_t id(int x, int y) const {
-        return static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(pixels[static_cast<std::size_t>(offset(x, y))]));
-    }
+    std::uint32_t id(int x, int y) const { return id_of(pixels[static_cast<std::size_t>(offset(x, y))]); }
 
     int width = 0, top = 0, bottom = 0;
     int stride = 0; // pixels

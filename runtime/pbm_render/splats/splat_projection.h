@@ -87,8 +87,9 @@ struct Ellipses {
 };
 
 // Computes the ellipses of a vector of points from `first` on, as project_splat does, into the lanes of `to` from
-// `lane` on. Lanes behind the last point get empty ellipses.
-template <bool kPlaced>
+// `lane` on. Lanes behind the last point get empty ellipses. kWhole: boxes hold all pixels that the ellipses touch, not
+// only those whose centres lie in them.
+template <bool kPlaced, bool kWhole = false>
 HWY_INLINE ProjectedSplats project_ellipses(const StripRun &at, const FacingPoints &points, std::size_t first,
                                             Ellipses &to, std::size_t lane = 0, const Enlargement &enlarged = {}) {
     const FrameGeometry &frame = at.frame;
@@ -145,7 +146,9 @@ HWY_INLINE ProjectedSplats project_ellipses(const StripRun &at, const FacingPoin
     const auto place = [&](const float *point, Vector image, Vector variance, float from, float to_end, float *middle,
                            std::int32_t *begin, std::int32_t *finish) {
         const Vector centre = hn::Sub(hn::Load(d, point), hn::Mul(hn::Mul(s.outline, image), pixels));
-        const Vector reach = hn::Mul(hn::Sqrt(variance), pixels);
+        Vector reach = hn::Mul(hn::Sqrt(variance), pixels);
+        if constexpr (kWhole)
+            reach = hn::Add(reach, half);
         hn::Store(centre, d, middle);
         // Pixel i is inside if its centre i + 0.5 is: the first one is floor(edge + 0.5).
         const auto edge = [&](Vector v) {

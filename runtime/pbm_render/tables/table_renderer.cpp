@@ -293,10 +293,10 @@ void resolve(const LevelShader &shader, bool shares_colours, float edge, Framebu
     const std::size_t pixels = target.pixels();
     float *const depths = target.depth.data();
     std::uint32_t *const colours = target.colour.data();
-    constexpr auto kEmpty = std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity());
+    constexpr auto kEmptyBits = std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity());
     std::uint32_t last = 0xFFFFFFFF, shaded = 0;
     for (std::size_t at = 0; at < pixels; ++at) {
-        if (std::bit_cast<std::uint32_t>(depths[at]) == kEmpty) { // one integer comparison
+        if (std::bit_cast<std::uint32_t>(depths[at]) == kEmptyBits) { // one integer comparison
             while (at + 4 < pixels && are_empty(depths + at + 1)) // skips most of the background, four pixels at once
                 at += 4;
             continue;

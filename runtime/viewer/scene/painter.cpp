@@ -126,8 +126,7 @@ PictureLayers Painter::draw_layers(std::span<const PointRun> runs, const Camera 
         Look unfinished = look;
         unfinished.options.finish = {};
         begin_fine(runs, camera, unfinished, size.x, size.y);
-        for (int sample = 0; sample < look.options.samples; ++sample)
-            drawn = fine_->add_sample();
+        drawn = fine_->add_samples(look.options.samples);
         fine_->resolve(layers.colour);
     } else {
         const ColourTable colours;
@@ -160,8 +159,8 @@ void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, c
         .begin(runs, camera, before_finish(fine_look_.finish, fine_look_.render), Framebuffer(width, height));
 }
 
-RenderStatistics Painter::add_sample(Framebuffer &target, const std::atomic<bool> *stop) {
-    const RenderStatistics drawn = fine_->add_sample(stop);
+RenderStatistics Painter::add_samples(int count, Framebuffer &target, const std::atomic<bool> *stop) {
+    const RenderStatistics drawn = fine_->add_samples(count, stop);
     if (stop != nullptr && *stop)
         return drawn;
     with_depth_cue(fine_camera_, fine_cue_, target, [&](Framebuffer &picture) {

@@ -37,11 +37,11 @@ class Painter {
     PictureLayers draw_layers(std::span<const PointRun> runs, const Camera &camera, const Look &look, Motion motion,
                               glm::ivec2 size, RenderStatistics &drawn);
 
-    // Draws a fine picture sample by sample, see FineRenderer; `target` must have the size given to `begin_fine`.
+    // Draws a fine picture step by step, see FineRenderer; `target` must have the size given to `begin_fine`.
     void begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, int width, int height);
-    // Adds a sample and fills `target` with the mean of all so far. Once `stop` is set it returns early; the picture
+    // Adds samples and fills `target` with the mean of all so far. Once `stop` is set it returns early; the picture
     // must then begin anew.
-    RenderStatistics add_sample(Framebuffer &target, const std::atomic<bool> *stop = nullptr);
+    RenderStatistics add_samples(int count, Framebuffer &target, const std::atomic<bool> *stop = nullptr);
 
   private:
     ThreadPool &pool();

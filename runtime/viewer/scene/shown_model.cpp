@@ -89,9 +89,9 @@ void ShownModel::begin_fine(const Detail &detail, const DetailView &view, const 
     painter(refining_).begin_fine(detail.runs, view.camera, *look, view.width, view.height);
 }
 
-PictureStatistics ShownModel::add_sample(const Detail &detail, const DetailView &view, Framebuffer &target,
-                                         const std::atomic<bool> *stop) {
-    return measure(detail, view, [&] { return refining_->add_sample(target, stop); });
+PictureStatistics ShownModel::add_samples(const Detail &detail, const DetailView &view, int count, Framebuffer &target,
+                                          const std::atomic<bool> *stop) {
+    return measure(detail, view, [&] { return refining_->add_samples(count, target, stop); });
 }
 
 Painter &ShownModel::painter(std::optional<Painter> &made) const {

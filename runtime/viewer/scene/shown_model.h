@@ -79,10 +79,10 @@ class ShownModel {
                                  Framebuffer &target);
     PictureStatistics draw_still(const Detail &detail, const DetailView &view, const LookPointer &look,
                                  Framebuffer &target);
-    // Refines a fine picture on the background thread: each sample updates `target`. `stop`: see Painter::add_sample.
+    // Refines a fine picture on the background thread: samples update `target`. `stop`: see Painter::add_samples.
     void begin_fine(const Detail &detail, const DetailView &view, const LookPointer &look);
-    PictureStatistics add_sample(const Detail &detail, const DetailView &view, Framebuffer &target,
-                                 const std::atomic<bool> *stop = nullptr);
+    PictureStatistics add_samples(const Detail &detail, const DetailView &view, int count, Framebuffer &target,
+                                  const std::atomic<bool> *stop = nullptr);
 
   private:
     ShownModel(std::string path, Descriptor opened, const ViewOptions &options)

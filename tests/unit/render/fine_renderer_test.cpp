@@ -218,7 +218,7 @@ TEST(FineRenderer, GivesTheSameRowsWhateverTheHeightOfStrips) {
         };
         int different = 0; // by more than rounding
         for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kNarrow; ++x) {
+            for (int x = 1; x < kNarrow - 1; ++x) { // of the outermost ones the narrow picture knows one neighbour less
                 const auto a = unpack_rgba(row_of(wide, y)[kBeside + x]), b = unpack_rgba(row_of(narrow, y)[x]);
                 for (std::size_t channel = 0; channel < 4; ++channel)
                     if (std::abs(a[channel] - b[channel]) > 1) {
@@ -240,13 +240,55 @@ TEST(FineRenderer, ComesSampleBySample) {
         renderer.begin(level.runs, camera, {}, target);
         EXPECT_EQ(renderer.samples(), 0);
         for (int samples = 1; samples <= 4; ++samples) {
-            EXPECT_GT(renderer.add_sample().drawn_points, 0U);
+            EXPECT_GT(renderer.add_samples(1).drawn_points, 0U);
             EXPECT_EQ(renderer.samples(), samples);
             renderer.resolve(target);
             const Framebuffer whole = ball.draw(camera, 80, 60, {}, samples);
             ASSERT_EQ(target.colour, whole.colour) << samples;
             ASSERT_EQ(target.depth, whole.depth) << samples;
         }
+    }
+}
+
+// The second sample of each pixel is the first one of a picture whose camera has moved by a part of a pixel.
+TEST(FineRenderer, AddsToBordersWhatAShiftedPictureShows) {
+    constexpr double kOffsetX = -0.245122, kOffsetY = -0.430160; // of the second sample, pixels
+    const FileOfModel ball(smooth_ball(6, every_attribute(ColourFormat::rgb888, 6), 5));
+    const test::WholeLevel level(ball.bytes, 6);
+    for (const double pixels : {1.0, 2.0, 5.0}) {
+        const int edge = static_cast<int>(70 * pixels); // of the picture, which shows all of the ball
+        Camera camera = camera_at_ball(6, pixels, edge);
+        camera.orthographic = true;
+        const glm::dvec3 forward = glm::normalize(camera.focal_point - camera.position),
+                         right = glm::normalize(glm::cross(forward, camera.up)), down = glm::cross(forward, right);
+        const double pixel = std::ldexp(2.0, -6) / pixels; // model units
+        Camera shifted = camera;
+        for (glm::dvec3 *const place : {&shifted.position, &shifted.focal_point})
+            *place += pixel * (kOffsetX * right + kOffsetY * down);
+        const auto draw = [&](const Camera &from, int samples) {
+            Framebuffer target(edge, edge);
+            std::vector<Float4> light(target.pixels());
+            FineRenderer renderer(ball.model.parameters, 4096, 1);
+            renderer.begin(level.runs, from, {.background = {0, 0, 0, 0}}, target);
+            renderer.add_samples(samples);
+            renderer.resolve(light);
+            return light;
+        };
+        const std::vector<Float4> first = draw(camera, 1), second = draw(shifted, 1), both = draw(camera, 2);
+        std::size_t borders = 0, different = 0;
+        for (std::size_t i = 0; i < both.size(); ++i) {
+            const Float4 mean = (first[i] + second[i]) / 2;
+            if (mean[3] != 0.5F)
+                continue;
+            ++borders;
+            for (int channel = 0; channel < 4; ++channel)
+                if (std::abs(both[i][channel] - mean[channel]) > 0.01F) {
+                    ++different;
+                    break;
+                }
+        }
+        EXPECT_GT(borders, 25U) << pixels;
+        EXPECT_LE(different, borders / 20) << pixels << " pixels per voxel, " << borders << " at borders";
     }
 }
 
@@ -258,11 +300,11 @@ TEST(FineRenderer, LeavesASampleThatIsStopped) {
     Framebuffer target(80, 60);
     std::atomic<bool> stop = true;
     renderer.begin(level.runs, camera, {}, target);
-    EXPECT_EQ(renderer.add_sample(&stop).drawn_points, 0U);
+    EXPECT_EQ(renderer.add_samples(1, &stop).drawn_points, 0U);
     EXPECT_EQ(renderer.samples(), 0);
     stop = false;
     renderer.begin(level.runs, camera, {}, target);
-    EXPECT_GT(renderer.add_sample(&stop).drawn_points, 0U);
+    EXPECT_GT(renderer.add_samples(1, &stop).drawn_points, 0U);
     renderer.resolve(target);
     EXPECT_EQ(target.colour, ball.draw(camera, 80, 60, {}, 1).colour);
 }

@@ -177,7 +177,7 @@ TEST_F(ShownModelTest, SampleBySampleIsTheWholeFinePicture) {
         model->draw_still(detail, view(*model), pointer, whole);
         model->begin_fine(detail, view(*model), pointer);
         for (int i = 0; i < 3; ++i) {
-            model->add_sample(detail, view(*model), shown);
+            model->add_samples(detail, view(*model), 1, shown);
             EXPECT_EQ(shown.colour == whole.colour, i == 2) << i;
         }
         Framebuffer fast(kSize.x, kSize.y, false);

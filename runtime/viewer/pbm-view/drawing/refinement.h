@@ -1,5 +1,5 @@
-// Refines the picture of a view at rest, sample by sample on the background thread. Each sample yields a picture;
-// the refinement's end interrupts the sample in progress.
+// Refines the picture of a view at rest on the background thread. The first sample yields a picture, and all others
+// together another one; the refinement's end interrupts those in progress.
 #pragma once
 
 #include "system/threads/thread_pool.h"
@@ -25,7 +25,7 @@ class Refinement {
     Refinement(ThreadPool &background, ShownModelPointer model, Detail detail, const DetailView &view, LookPointer look)
         : background_(background),
           work_(std::make_shared<Work>(std::move(model), std::move(detail), view, std::move(look))) {
-        add_sample(1);
+        add_samples(0, 1);
     }
     // Does not wait for the sample in progress, which leaves the processors to the next picture.
     ~Refinement() { work_->stop = true; }
@@ -37,8 +37,8 @@ class Refinement {
         if (!is_ready(next_))
             return std::nullopt;
         Picture picture = next_.get();
-        if (picture.samples < work_->look->options.samples)
-            add_sample(picture.samples + 1);
+        if (const int missing = work_->look->options.samples - picture.samples; missing > 0)
+            add_samples(picture.samples, missing);
         return picture;
     }
 
@@ -55,14 +55,15 @@ class Refinement {
         bool begun = false;
         std::atomic<bool> stop = false;
     };
-    void add_sample(int samples) {
-        next_ = background_.post([work = work_, samples] {
-            Picture picture{Framebuffer(work->view.width, work->view.height), {}, samples};
+    // Adds samples to a picture of `samples`.
+    void add_samples(int samples, int count) {
+        next_ = background_.post([work = work_, samples, count] {
+            Picture picture{Framebuffer(work->view.width, work->view.height), {}, samples + count};
             if (work->stop)
                 return picture; // nobody receives it
             if (!std::exchange(work->begun, true))
                 work->model->begin_fine(work->detail, work->view, work->look);
-            picture.drawn = work->model->add_sample(work->detail, work->view, picture.pixels, &work->stop);
+            picture.drawn = work->model->add_samples(work->detail, work->view, count, picture.pixels, &work->stop);
             return picture;
         });
     }

@@ -1,0 +1,150 @@
+// Pixels that get more samples than one, and those samples while they are drawn.
+#pragma once
+
+#include "pbm_render/bricks/brick_culling.h"
+#include "pbm_render/fine/surface_buffer.h"
+#include "pbm_render/picture/framebuffer.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace pbm {
+
+// A bit for each pixel of a picture.
+class PixelBits {
+  public:
+    static constexpr int kBits = 64; // of a word
+
+    // Keeps the words as they are: every row must be written.
+    void resize(int width, int height) {
+        words_ = static_cast<std::size_t>((width + kBits - 1) / kBits);
+        bits_.resize(words_ * static_cast<std::size_t>(height));
+    }
+    void clear() { bits_.clear(); }
+    bool empty() const { return bits_.empty(); }
+    std::span<std::uint64_t> row(int y) {
+        return std::span(bits_).subspan(static_cast<std::size_t>(y) * words_, words_);
+    }
+    std::span<const std::uint64_t> row(int y) const {
+        return std::span(bits_).subspan(static_cast<std::size_t>(y) * words_, words_);
+    }
+    bool has(int x, int y) const {
+        return (bits_[static_cast<std::size_t>(y) * words_ + static_cast<std::size_t>(x / kBits)] >> (x % kBits) & 1) !=
+               0;
+    }
+
+  private:
+    std::size_t words_ = 0;
+    std::vector<std::uint64_t> bits_;
+};
+
+// Bits left .. right - 1 of a word of a row that begins with bit `start`.
+constexpr std::uint64_t bits_between(int left, int right, int start) {
+    std::uint64_t bits = ~std::uint64_t{0};
+    if (left > start)
+        bits &= ~std::uint64_t{0} << (left - start);
+    if (right < start + PixelBits::kBits)
+        bits &= ~(~std::uint64_t{0} << (right - start));
+    return bits;
+}
+
+// Sets the bits within `distance` of those that are set, also behind the row's last pixel.
+void widen(std::span<std::uint64_t> row, int distance);
+
+// Calls visit(x) for the bits of a row that are set, in their order.
+template <class Visit> void for_each_bit(std::span<const std::uint64_t> row, Visit &&visit) {
+    for (std::size_t word = 0; word < row.size(); ++word)
+        for (std::uint64_t bits = row[word]; bits != 0; bits &= bits - 1)
+            visit(static_cast<int>(word) * PixelBits::kBits + std::countr_zero(bits));
+}
+
+// Which pixels are near chosen pixels of a strip.
+class NearPixels {
+  public:
+    // Columns and rows between a pixel and a chosen one that it is near to, and between it and one that it is not very
+    // near to.
+    static constexpr int kNear = 8, kVeryNear = 4;
+
+    // Takes the chosen pixels of rows first .. end - 1.
+    void begin(const PixelBits &chosen, int first, int end);
+    // Whether a chosen pixel is near, or very near.
+    bool has(float x, float y) const { return has(near_, x, y); }
+    bool has_very_near(float x, float y) const { return has(very_near_, x, y); }
+    // Whether a brick may touch chosen pixels.
+    bool touch(const VisibleBrick &brick) const;
+
+  private:
+    bool has(const std::vector<std::uint64_t> &rows, float x, float y) const {
+        const int column = static_cast<int>(std::clamp(x, 0.0F, last_column_)),
+                  row = static_cast<int>(std::clamp(y + static_cast<float>(kNear - top_), 0.0F, last_row_));
+        return (rows[static_cast<std::size_t>(row) * words_ + static_cast<std::size_t>(column / PixelBits::kBits)] >>
+                    (column % PixelBits::kBits) &
+                1) != 0;
+    }
+
+    const PixelBits *chosen_ = nullptr;
+    int top_ = 0, bottom_ = 0;
+    float last_column_ = 0, last_row_ = 0;
+    std::size_t words_ = 0;
+    std::vector<std::uint64_t> near_, very_near_; // [rows with kNear more above and below][words]
+};
+
+// Several samples of each chosen pixel of some rows, side by side, so that a SIMD vector holds those of one pixel.
+struct SampledPixels {
+    static constexpr std::size_t kSamples = 8; // of a pixel at once
+    static constexpr std::size_t kMaxPixels = 3072;
+
+    struct Offsets {
+        alignas(32) std::array<float, kSamples> x, y; // of the samples from the pixel's centre
+    };
+
+    // Starts with the chosen pixels of rows first .. end - 1, or of as many rows from `first` on as fit, at least one.
+    void begin(const PixelBits &chosen, int first, int end, std::size_t groups_of_pixel);
+    // Drops the memory.
+    void clear() { *this = {}; }
+    // Finds the depth that hides a point at all samples of a pixel: `farthest_front`.
+    void find_hiding_depths();
+    // Splits the depths of `visible` into those of fronts and backs. Returns whether a sample shows a back.
+    bool split_sides();
+
+    // Calls visit(x, y, pixel) for the chosen pixels of columns left .. right - 1 of rows top .. bottom - 1.
+    template <class Visit>
+    [[gnu::always_inline]] void for_each_in_box(int left, int right, int box_top, int box_bottom, Visit &&visit) const {
+        const auto first_word = static_cast<std::size_t>(left / PixelBits::kBits),
+                   last_word = static_cast<std::size_t>((right - 1) / PixelBits::kBits);
+        for (int y = box_top; y < box_bottom; ++y) {
+            const std::size_t row = static_cast<std::size_t>(y - top) * words;
+            for (std::size_t word = first_word; word <= last_word; ++word) {
+                const std::uint64_t all = (*bits).row(y)[word];
+                const int start = static_cast<int>(word) * PixelBits::kBits;
+                std::uint64_t some = all & bits_between(left, right, start);
+                for (; some != 0; some &= some - 1) {
+                    const std::uint64_t below = (some & -some) - 1;
+                    visit(start + std::countr_zero(some), y,
+                          std::size_t{first_of[row + word]} + static_cast<std::size_t>(std::popcount(all & below)));
+                }
+            }
+        }
+    }
+
+    const PixelBits *bits = nullptr;
+    int top = 0, bottom = 0;             // rows
+    std::size_t count = 0;               // pixels
+    std::size_t words = 0;               // of a row of bits
+    std::size_t groups = 1;              // of a sample
+    std::vector<std::uint32_t> first_of; // [rows][words]: the number of the first pixel
+    std::vector<double> visible;         // [pixels][samples], see DepthStrip
+    std::vector<float> depth;            // [pixels][samples] of visible fronts; +infinity: none
+    std::vector<float> back_depth;       // likewise
+    std::vector<float> farthest_front;   // [pixels] of `depth`, where there is one; -infinity: none
+    std::vector<float> farthest_back;    // likewise
+    std::vector<SurfaceGroup> sums;      // [pixels][groups * kGroupChannels], each holds one channel of all samples
+};
+static_assert(sizeof(SurfaceGroup) == SampledPixels::kSamples * sizeof(float));
+
+} // namespace pbm
