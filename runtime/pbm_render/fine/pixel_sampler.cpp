@@ -91,7 +91,7 @@ void draw_samples(const FrameGeometry &frame, const DepthStrip &strip, const Str
         for (std::size_t i = 0; i < facing.count; i += lanes) {
             project_ellipses<true, true>(at, facing, i, e);
             for (std::size_t lane = 0; lane < std::min(lanes, facing.count - i); ++lane) {
-                if (e.left[lane] >= e.right[lane])
+                if (e.left[lane] >= e.right[lane] || e.top[lane] >= e.bottom[lane])
                     continue;
                 const auto id = static_cast<std::uint32_t>(facing.id[i + lane]);
                 pixels.for_each_in_box(e.left[lane], e.right[lane], e.top[lane], e.bottom[lane],
@@ -148,7 +148,7 @@ void blend_samples(const FrameGeometry &frame, const DepthStrip &strip, const St
         for (std::size_t i = 0; i < facing.count; i += kGroupSplats) {
             project_soft_splats<true>(at, facing, i, group);
             for (std::size_t lane = 0; lane < std::min(kGroupSplats, facing.count - i); ++lane) {
-                if (e.left[lane] >= e.right[lane])
+                if (e.left[lane] >= e.right[lane] || e.top[lane] >= e.bottom[lane])
                     continue;
                 const float band = 2 / group.across[lane]; // beyond which weights are 0
                 SurfacePoint point;

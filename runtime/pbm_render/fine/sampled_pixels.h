@@ -112,23 +112,23 @@ struct SampledPixels {
     // Splits the depths of `visible` into those of fronts and backs. Returns whether a sample shows a back.
     bool split_sides();
 
-    // Calls visit(x, y, pixel) for the chosen pixels of columns left .. right - 1 of rows top .. bottom - 1.
+    // Calls visit(x, y, pixel) for the chosen pixels of columns left .. right - 1 of rows box_top .. box_bottom - 1, of which
+    // there is at least one.
     template <class Visit>
     [[gnu::always_inline]] void for_each_in_box(int left, int right, int box_top, int box_bottom, Visit &&visit) const {
         const auto first_word = static_cast<std::size_t>(left / PixelBits::kBits),
                    last_word = static_cast<std::size_t>((right - 1) / PixelBits::kBits);
-        for (int y = box_top; y < box_bottom; ++y) {
-            const std::size_t row = static_cast<std::size_t>(y - top) * words;
-            for (std::size_t word = first_word; word <= last_word; ++word) {
-                const std::uint64_t all = (*bits).row(y)[word];
-                const int start = static_cast<int>(word) * PixelBits::kBits;
-                std::uint64_t some = all & bits_between(left, right, start);
-                for (; some != 0; some &= some - 1) {
+        for (std::size_t word = first_word; word <= last_word; ++word) {
+            const int start = static_cast<int>(word) * PixelBits::kBits;
+            const std::uint64_t mask = bits_between(left, right, start);
+            const std::uint64_t *row = bits->row(box_top).data() + word;
+            const std::uint32_t *first = first_of.data() + static_cast<std::size_t>(box_top - top) * words + word;
+            for (int y = box_top; y < box_bottom; ++y, row += words, first += words)
+                for (std::uint64_t some = *row & mask; some != 0; some &= some - 1) {
                     const std::uint64_t below = (some & -some) - 1;
                     visit(start + std::countr_zero(some), y,
-                          std::size_t{first_of[row + word]} + static_cast<std::size_t>(std::popcount(all & below)));
+                          std::size_t{*first} + static_cast<std::size_t>(std::popcount(*row & below)));
                 }
-            }
         }
     }
 
