@@ -40,6 +40,8 @@ std::vector<float> around(const std::vector<float> &values, std::size_t width, s
     return result;
 }
 
+} // namespace
+
 std::uint64_t squared_difference(const Srgb &truth, std::uint32_t drawn) {
     const Rgba8 colour = unpack_rgba(drawn);
     int sum = 0;
@@ -51,8 +53,6 @@ std::uint64_t squared_difference(const Srgb &truth, std::uint32_t drawn) {
 double decibels(std::uint64_t pixels, std::uint64_t squared_error) {
     return 10 * std::log10(3 * 255.0 * 255.0 * static_cast<double>(pixels) / static_cast<double>(squared_error));
 }
-
-} // namespace
 
 FidelityFigures &FidelityFigures::operator+=(const FidelityFigures &o) {
     object += o.object;

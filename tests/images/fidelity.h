@@ -67,7 +67,11 @@ struct PictureTruth {
 // `colours`: the result of `trace` with the default background, or empty.
 FidelityFigures compare(const PictureTruth &truth, std::span<const Srgb> colours, const DrawnPicture &drawing);
 
-// Peak signal-to-noise ratio of the interior, and of all pixels that show the object, decibels.
+// Of R, G and B, sRGB 0..255.
+std::uint64_t squared_difference(const Srgb &truth, std::uint32_t drawn);
+// Peak signal-to-noise ratio of so many pixels.
+double decibels(std::uint64_t pixels, std::uint64_t squared_error);
+// That of the interior, and of all pixels that show the object.
 double psnr(const FidelityFigures &figures);
 double psnr_seen(const FidelityFigures &figures);
 

@@ -5,6 +5,7 @@
 #include "depth_by_angle.h"
 #include "depth_misses.h"
 #include "difference_pictures.h"
+#include "error_places.h"
 #include "fidelity.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
@@ -44,7 +45,7 @@ struct Options {
     int views = 8;
     bool first_view = false;
     bool close_ups = false;
-    bool shading = false, shadows = true, shadow_flags = false, angles = false;
+    bool shading = false, shadows = true, shadow_flags = false, angles = false, places = false;
     bool true_offsets = false, true_normals = false;
     int samples = 8; // rays per pixel of the truth
     std::string pictures;
@@ -162,6 +163,7 @@ struct Renderer {
     std::vector<View> views{};
     DepthByAngle depths{};
     DepthMisses misses{};
+    ErrorPlaces places{};
 };
 
 nlohmann::json to_json(const View &view) {
@@ -235,6 +237,7 @@ void measure(const RayCaster &rays, const Subject &subject, const ModelParameter
                       .shows_backs = shows_backs(Camera{}, parameters),
                       .shadowed = options.shadows ? parameters.attributes.lights : 0};
     DrawnPicture drawing(options.resolution.x, options.resolution.y);
+    const std::vector<SharpEdge> edges = options.places ? sharp_edges(subject.mesh) : std::vector<SharpEdge>();
     for (const NamedView &view : views) {
         const PictureTruth truth(rays.cast(view.camera, options.resolution.x, options.resolution.y, 0),
                                  options.resolution.x, scene.shows_backs);
@@ -253,6 +256,8 @@ void measure(const RayCaster &rays, const Subject &subject, const ModelParameter
             add_depth_errors(truth, drawing, renderer.depths);
             if (options.angles)
                 add_depth_misses(rays, view.camera, truth, drawing, renderer.misses);
+            if (options.places && options.shading)
+                add_error_places(edges, view.camera, truth, colours, drawing.picture, renderer.places);
             if (picture.empty())
                 continue;
             write_picture(picture + " " + renderer.name + ".png", drawing.picture);
@@ -329,6 +334,8 @@ int run(const Options &options) {
             std::fputs((to_text(renderer.depths) + to_text(renderer.misses)).c_str(), stdout);
         if (options.shading)
             print_psnr(views, renderer);
+        if (options.places && options.shading)
+            std::fputs(to_text(renderer.places).c_str(), stdout);
     }
     return 0;
 }
@@ -355,6 +362,7 @@ int parse_and_run(int argc, char **argv) {
     add("--first-view", options.first_view, "The first view of pbm-render, too");
     add("--close-ups", options.close_ups, "Close views, too: 4 to 8 pixels per voxel");
     add("--angles", options.angles, "Depths by the angle under which the surface is seen, and why they miss");
+    add("--places", options.places, "With --shading: where the error lies");
     add("--true-offsets", options.true_offsets, "Surface offsets of the mesh instead of estimated ones");
     add("--true-normals", options.true_normals, "Normals of the mesh instead of the model's");
     add("--shading", options.shading, "Compare colours with the ray-traced picture");

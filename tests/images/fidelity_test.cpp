@@ -1,4 +1,5 @@
 // Holes, bleed and depth of closed meshes. The limits are those of docs/explanation/fidelity.md or stricter.
+#include "error_places.h"
 #include "fidelity.h"
 #include "pbm_format/writing/writer.h"
 #include "procedural_mesh.h"
@@ -6,8 +7,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
 #include <map>
 #include <memory>
+#include <numeric>
+#include <vector>
 
 namespace pbm {
 namespace {
@@ -124,6 +129,38 @@ TEST_P(ClosedMesh, HasNoHolesCloserThanTheFinestLevelAllows) {
         EXPECT_LE(percent(all.see_through, all.interior), finest == 9 ? 0 : 0.02) << what;
         EXPECT_GE(percent(all.deep_near, all.interior), finest == 9 ? 99 : 98) << what;
     }
+}
+
+TEST(SharpEdges, AreThoseOfACubeAndOfAHoleInIt) {
+    TriangleMesh cube = make_cube();
+    EXPECT_EQ(sharp_edges(cube).size(), 12U);
+    cube.triangles.pop_back(); // half of a side: its diagonal becomes a border
+    EXPECT_EQ(sharp_edges(cube).size(), 13U);
+}
+
+// A picture of nothing differs from the truth along the whole cube; each pixel counts once.
+TEST(ErrorPlaces, HoldEveryPixelOnce) {
+    const TriangleMesh mesh = make_cube();
+    const RayCaster rays(mesh, glm::dvec3(0));
+    const Camera camera = eight_views({glm::dvec3(0), 0.6}, UpAxis::y, 160, 90)[5];
+    const PictureTruth truth(rays.cast(camera, 160, 90, 1), 160);
+    std::vector<Srgb> colours;
+    std::uint64_t hits = 0;
+    for (const float depth : truth.rays.depths) {
+        const bool is_hit = depth < std::numeric_limits<float>::infinity();
+        colours.push_back(is_hit ? Srgb{255, 255, 255} : Srgb{51, 51, 51});
+        hits += is_hit;
+    }
+    Framebuffer nothing(160, 90);
+    std::fill(nothing.colour.begin(), nothing.colour.end(), pack_rgba({51, 51, 51, 255}));
+    ErrorPlaces places;
+    add_error_places(sharp_edges(mesh), camera, truth, colours, nothing, places);
+    EXPECT_EQ(std::accumulate(places.pixels.begin(), places.pixels.end(), std::uint64_t{0}), hits);
+    EXPECT_EQ(places.pixels[ErrorPlaces::outline], 0U); // it ends at its edges everywhere
+    EXPECT_GT(places.pixels[ErrorPlaces::outline_at_edge], 0U);
+    EXPECT_GT(places.pixels[ErrorPlaces::edge], 0U);
+    EXPECT_GT(places.pixels[ErrorPlaces::elsewhere], places.pixels[ErrorPlaces::edge]);
+    EXPECT_EQ(places.pixels[ErrorPlaces::contour] + places.pixels[ErrorPlaces::contour_at_edge], 0U);
 }
 
 INSTANTIATE_TEST_SUITE_P(Fidelity, ClosedMesh,

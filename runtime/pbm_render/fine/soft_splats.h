@@ -21,7 +21,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // Splats of a group: the same number on every target, so that all targets add in the same order.
 inline constexpr std::size_t kGroupSplats = kMaxLanes;
-inline constexpr Enlargement kSoftSplats{.radius = kKernelRadius, .low_pass = kLowPass};
+inline constexpr Enlargement kSoftSplats{.radius = kKernelRadius, .low_pass = kLowPass, .inset = kFineInset};
 
 struct SplatGroup {
     Ellipses ellipses;

@@ -26,6 +26,8 @@ using Group = hn::CappedTag<float, kGroupChannels>;
 // Edge, in pixels, of the largest block for which a group is drawn pixel by pixel, all splats at once.
 inline constexpr std::int32_t kSmallBlock = 7;
 
+inline constexpr Enlargement kSplats{.inset = kFineInset};
+
 HWY_INLINE void measure_group(SplatGroup &group) {
     group.columns = group.rows = 0;
     const Ellipses &e = group.ellipses;
@@ -269,7 +271,7 @@ HWY_INLINE void draw_visible_backs(const StripRun &at, FacingPoints &facing, Far
     for (std::size_t i = 0; i < facing.count; i += lanes) {
         if (are_hidden<0, true>(at, facing, i, farthest))
             continue;
-        project_ellipses<true>(at, facing, i, ellipses); // lanes behind the last point are empty
+        project_ellipses<true>(at, facing, i, ellipses, 0, kSplats); // lanes behind the last point are empty
         for (std::size_t lane = 0; lane < lanes; ++lane) {
             if (!may_be_visible(ellipses, lane, strip))
                 continue;
@@ -288,7 +290,7 @@ HWY_INLINE void draw_points(const StripRun &at, const FacingPoints &facing, Dept
     const Floats d;
     for (std::size_t i = 0; i < facing.count; i += kGroupSplats) {
         for (std::size_t lane = 0; lane < kGroupSplats; lane += hn::Lanes(d))
-            project_ellipses<true>(at, facing, i + lane, group.ellipses, lane);
+            project_ellipses<true>(at, facing, i + lane, group.ellipses, lane, kSplats);
         measure_group(group);
         const Ellipses &e = group.ellipses;
         const auto id = [&](std::size_t lane) { return static_cast<std::uint32_t>(facing.id[i + lane]); };

@@ -118,10 +118,11 @@ struct BrickPoints {
     std::span<const BrickCut> cuts;
 };
 
-// Factors by which an ellipse is larger than its splat.
+// How an ellipse differs from the image of its splat (splat.h).
 struct Enlargement {
     float radius = 1;   // times the splat radius
     float low_pass = 0; // pixels: replaces a radius r by sqrt(r^2 + low_pass^2)
+    float inset = 0;    // voxel edges: added to the inset of outlines
 };
 
 // Upper bound of the rows between a point and the border of its ellipse. `radius`: of the splat, grid edges; `ray_y`: y

@@ -22,8 +22,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 template <int kBlock, bool kPlaced>
 HWY_INLINE bool are_hidden(const StripRun &at, const FacingPoints &backs, std::size_t first, FarthestDepths &farthest) {
     constexpr bool kLarge = kBlock == 0;
-    constexpr float kInset = kBackOutlineInset + (kPlaced ? (kLarge ? kPlacedOutlineInset : kPlacedBlockOutlineInset)
-                                                          : (kLarge ? kOutlineInset : kBlockOutlineInset));
+    constexpr float kInset =
+        kBackOutlineInset + (kPlaced ? (kLarge ? kPlacedOutlineInset + kFineInset : kPlacedBlockOutlineInset)
+                                     : (kLarge ? kOutlineInset : kBlockOutlineInset));
     constexpr float kMaxInset = kPackedInsetMask / kPackedInsetScale + kGrazingInset;
     const FrameGeometry &frame = at.frame;
     const Floats d;

@@ -100,8 +100,8 @@ HWY_INLINE ProjectedSplats project_ellipses(const StripRun &at, const FacingPoin
     const Ints di;
     const auto set = [&](float value) { return hn::Set(d, value); };
     const Vector one = set(1), half = set(0.5F);
-    const ProjectedSplats s =
-        project_splats<kPlaced>(frame, voxel_edge, kPlaced ? kPlacedOutlineInset : kOutlineInset, points, first);
+    const ProjectedSplats s = project_splats<kPlaced>(
+        frame, voxel_edge, (kPlaced ? kPlacedOutlineInset : kOutlineInset) + enlarged.inset, points, first);
     const SplatNormal &n = s.normal;
     const Vector radius = hn::Mul(set(enlarged.radius), hn::Load(d, points.radius.data() + first));
     // Lanes behind the last point are uninitialized: the mask keeps the index within the table.

@@ -12,23 +12,23 @@
 namespace pbm {
 namespace {
 
-constexpr int kWidth = 150, kHeight = 9;
+constexpr int kSumsWidth = 150, kSumsHeight = 9;
 
 template <class Light> SampleSums sums_of(const Light &light, Float4 behind = Float4{}) {
     SampleSums sums;
-    sums.begin(kWidth, kHeight);
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x)
+    sums.begin(kSumsWidth, kSumsHeight);
+    for (int y = 0; y < kSumsHeight; ++y)
+        for (int x = 0; x < kSumsWidth; ++x)
             sums.row(y)[static_cast<std::size_t>(x)] = light(x, y);
     sums.begin_choice(false);
-    for (int y = 0; y < kHeight; y += 3) // strips
+    for (int y = 0; y < kSumsHeight; y += 3) // strips
         sums.choose(y, y + 3, [&](int) { return behind; });
     return sums;
 }
 
 std::vector<std::vector<Float4>> means_of(const SampleSums &sums, int samples) {
     std::vector<std::vector<Float4>> rows;
-    sums.for_each_row(0, kHeight, samples,
+    sums.for_each_row(0, kSumsHeight, samples,
                       [&](int, std::span<const Float4> row) { rows.emplace_back(row.begin(), row.end()); });
     return rows;
 }
@@ -39,8 +39,8 @@ TEST(SampleSums, CorrectsTheCentresOfPixelsByTheCurvature) {
     const auto light = [](double x, double y) { return 0.3 + 0.002 * x + 0.004 * (y - 4) * (y - 4); };
     const SampleSums sums = sums_of([&](int x, int y) { return grey(static_cast<float>(light(x, y))); });
     const auto means = means_of(sums, 8);
-    for (int y = 1; y < kHeight - 1; ++y)
-        for (int x = 1; x < kWidth - 1; ++x) {
+    for (int y = 1; y < kSumsHeight - 1; ++y)
+        for (int x = 1; x < kSumsWidth - 1; ++x) {
             ASSERT_FALSE(sums.chosen().has(x, y));
             // The mean of 0.004 y^2 over an edge of 1 around y is 0.004 (y^2 + 1 / 12).
             ASSERT_NEAR(means[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)][0], light(x, y) + 0.004 / 12,
@@ -52,8 +52,8 @@ TEST(SampleSums, ChoosesBothSidesOfABorder) {
     constexpr int kBorder = 64; // that of two words
     for (const float contrast : {0.05F, 0.9F}) {
         SampleSums sums = sums_of([&](int x, int) { return grey(x < kBorder ? 0.04F : 0.04F + contrast); });
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x)
+        for (int y = 0; y < kSumsHeight; ++y)
+            for (int x = 0; x < kSumsWidth; ++x)
                 ASSERT_EQ(sums.chosen().has(x, y), x == kBorder - 1 || x == kBorder) << x << " " << y;
         sums.row(2)[kBorder] += grey(0) + grey(0) + grey(0);
         const auto means = means_of(sums, 4);
@@ -66,11 +66,11 @@ TEST(SampleSums, ChoosesTheOutlineOfAnObject) {
     const auto is_object = [](int x, int y) { return x >= 20 && y >= 5; };
     const Float4 behind{0.5F, 0.5F, 0.5F, 1}; // of the same colour as the object
     const SampleSums sums = sums_of([&](int x, int y) { return is_object(x, y) ? grey(0.5F) : Float4{}; }, behind);
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kSumsHeight; ++y)
+        for (int x = 0; x < kSumsWidth; ++x) {
             bool differs = false;
-            for (int v = std::max(y - 1, 0); v <= std::min(y + 1, kHeight - 1); ++v)
-                for (int u = std::max(x - 1, 0); u <= std::min(x + 1, kWidth - 1); ++u)
+            for (int v = std::max(y - 1, 0); v <= std::min(y + 1, kSumsHeight - 1); ++v)
+                for (int u = std::max(x - 1, 0); u <= std::min(x + 1, kSumsWidth - 1); ++u)
                     differs |= is_object(u, v) != is_object(x, y);
             ASSERT_EQ(sums.chosen().has(x, y), differs) << x << " " << y;
         }
@@ -78,7 +78,7 @@ TEST(SampleSums, ChoosesTheOutlineOfAnObject) {
 
 TEST(SampleSums, ChoosesNothingWhereThePictureIsEmpty) {
     const SampleSums sums = sums_of([](int, int) { return Float4{}; }, Float4{0.2F, 0.3F, 0.4F, 1});
-    for (int y = 0; y < kHeight; ++y)
+    for (int y = 0; y < kSumsHeight; ++y)
         for_each_bit(sums.chosen().row(y), [&](int x) { ADD_FAILURE() << x << " " << y; });
     for (const auto &row : means_of(sums, 8))
         for (const Float4 mean : row)
@@ -87,7 +87,7 @@ TEST(SampleSums, ChoosesNothingWhereThePictureIsEmpty) {
 
 TEST(NearPixels, HasThePixelsAround) {
     PixelBits chosen;
-    chosen.resize(kWidth, 40);
+    chosen.resize(kSumsWidth, 40);
     for (int y = 0; y < 40; ++y)
         std::fill(chosen.row(y).begin(), chosen.row(y).end(), 0);
     constexpr int kX = 66, kY = 12;
@@ -95,7 +95,7 @@ TEST(NearPixels, HasThePixelsAround) {
     NearPixels near;
     near.begin(chosen, 10, 30);
     for (int y = 0; y < 40; ++y)
-        for (int x = 0; x < kWidth; ++x) {
+        for (int x = 0; x < kSumsWidth; ++x) {
             const int distance = std::max(std::abs(x - kX), std::abs(y - kY));
             // Rows far above and below the strip count as the outermost ones that are known.
             const int row = std::clamp(y, 10 - NearPixels::kNear, 29 + NearPixels::kNear);
@@ -111,7 +111,7 @@ TEST(NearPixels, HasThePixelsAround) {
         brick.bottom = bottom;
         return near.touch(brick);
     };
-    EXPECT_TRUE(touches(0, kWidth, 0, 40));
+    EXPECT_TRUE(touches(0, kSumsWidth, 0, 40));
     EXPECT_TRUE(touches(kX + 1, kX + 2, kY + 1, kY + 2)); // the outermost sample of the pixel beside it
     EXPECT_FALSE(touches(kX + 2, kX + 3, kY, kY + 1));
     EXPECT_FALSE(touches(kX, kX + 1, kY + 2, kY + 3));
