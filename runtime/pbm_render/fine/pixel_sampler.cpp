@@ -89,7 +89,7 @@ void draw_samples(const FrameGeometry &frame, const DepthStrip &strip, const Str
         const FacingPoints &facing = block->points;
         const float cone = kPlacedCone * at.run.voxel;
         for (std::size_t i = 0; i < facing.count; i += lanes) {
-            project_ellipses<true, true>(at, facing, i, e);
+            project_ellipses<true, true>(at, facing, i, e, 0, kSplats);
             for (std::size_t lane = 0; lane < std::min(lanes, facing.count - i); ++lane) {
                 if (e.left[lane] >= e.right[lane] || e.top[lane] >= e.bottom[lane])
                     continue;

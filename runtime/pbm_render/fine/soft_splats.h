@@ -1,5 +1,5 @@
-// Groups of soft splats and their weights. For files that Highway compiles for several targets: include it after
-// highway.h, once per target. Results are the same on every target.
+// Splats of fine pictures: groups of soft ones, and their weights. For files that Highway compiles for several targets:
+// include it after highway.h, once per target. Results are the same on every target.
 #if defined(PBM_RENDER_SOFT_SPLATS_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PBM_RENDER_SOFT_SPLATS_H
 #undef PBM_RENDER_SOFT_SPLATS_H
@@ -21,6 +21,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // Splats of a group: the same number on every target, so that all targets add in the same order.
 inline constexpr std::size_t kGroupSplats = kMaxLanes;
+// Of the splats whose nearest is the visible surface, and of those that are blended there.
+inline constexpr Enlargement kSplats{.inset = kFineInset};
 inline constexpr Enlargement kSoftSplats{.radius = kKernelRadius, .low_pass = kLowPass, .inset = kFineInset};
 
 struct SplatGroup {

@@ -26,8 +26,6 @@ using Group = hn::CappedTag<float, kGroupChannels>;
 // Edge, in pixels, of the largest block for which a group is drawn pixel by pixel, all splats at once.
 inline constexpr std::int32_t kSmallBlock = 7;
 
-inline constexpr Enlargement kSplats{.inset = kFineInset};
-
 HWY_INLINE void measure_group(SplatGroup &group) {
     group.columns = group.rows = 0;
     const Ellipses &e = group.ellipses;
