@@ -51,7 +51,7 @@ ROOMS = {
     "runtime/pbm_render": [
         "camera picture", "appearance", "surroundings", "bricks", "splats shading", "detail", "fast fine reference tables"],
     "runtime/viewer": [
-        "pictures", "options", "opening cameras", "navigation", "scene", "pbm-render pbm-view/light pbm-view/measure",
+        "pictures finish", "options", "opening cameras", "navigation", "scene", "pbm-render pbm-view/light pbm-view/measure",
         "pbm-view/clipping", "pbm-view/window", "pbm-view/drawing", "pbm-view/opening", "pbm-view"],
     "tools/pbm_scan": ["surface", "text", "fields packing conventions", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
     "tools/pbm-build/pbm_build": [

@@ -86,7 +86,7 @@ class Canvas {
             }
     }
 
-    void write(int x, int y, std::string text) {
+    void write(int x, int y, std::string text, Rgb8 colour = {240, 240, 240}) {
         struct Vertex {
             float x, y, z;
             std::array<unsigned char, 4> colour;
@@ -97,7 +97,7 @@ class Canvas {
         for (int i = 0; i < count; ++i) {
             const auto &[first, second, last, fourth] = strokes[static_cast<std::size_t>(i)];
             fill(x + static_cast<int>(first.x), y + static_cast<int>(first.y), static_cast<int>(last.x - first.x),
-                 static_cast<int>(last.y - first.y), {240, 240, 240});
+                 static_cast<int>(last.y - first.y), colour);
         }
     }
 
@@ -163,6 +163,30 @@ void draw_legend(const Legend &legend, Framebuffer &target) {
                     legend.bar[static_cast<std::size_t>((kBarHeight - 1 - y) * 254 / (kBarHeight - 1))]);
     for (int tick = 0; tick < 3; ++tick)
         canvas.write(text, top + (2 - tick) * (kBarHeight - 7) / 2, legend.ticks[static_cast<std::size_t>(tick)]);
+}
+
+void draw_bar(int pixels, const std::string &text, int letter, Framebuffer &target) {
+    constexpr int kLetter = 7, kThick = 2, kMargin = 14; // units of the font
+    const int scale = letter > 0 ? std::max(1, static_cast<int>(std::lround(letter / static_cast<double>(kLetter))))
+                                 : std::max(1, static_cast<int>(std::lround(target.height / 480.0)));
+    const int left = kMargin * scale, top = target.height - (kMargin + kLetter + kGap + kThick) * scale;
+    if (top < 0 || left + pixels > target.width)
+        return;
+    int bright = 0, seen = 0;
+    for (int y = top; y < target.height; ++y)
+        for (int x = left; x < left + pixels; ++x, ++seen) {
+            const Rgba8 below =
+                unpack_rgba(target.colour[static_cast<std::size_t>(y) * static_cast<std::size_t>(target.width) +
+                                          static_cast<std::size_t>(x)]);
+            bright += below[1] >= 128 || below[3] < 128 ? 1 : 0;
+        }
+    const Rgb8 ink = 2 * bright >= seen ? Rgb8{0, 0, 0} : Rgb8{255, 255, 255};
+    Canvas(target, left, top, scale).write(0, 0, ascii(text), ink);
+    const int bar = top + (kLetter + kGap) * scale, thick = kThick * scale;
+    Canvas line(target, left, bar, 1);
+    line.fill(0, 0, pixels, thick, ink);
+    for (const int end : {0, pixels - scale})
+        line.fill(end, -thick, scale, 3 * thick, ink);
 }
 
 } // namespace pbm

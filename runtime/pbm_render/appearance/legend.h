@@ -31,4 +31,8 @@ std::optional<Legend> legend_of(const FieldColours &colours, const HiddenClasses
 // where it would cover a third of the picture or more. Letters beyond ASCII are drawn as question marks.
 void draw_legend(const Legend &legend, Framebuffer &target);
 
+// Draws a bar of `pixels` with a text above it into the lower left corner, black or white, whichever the picture there
+// shows better. `letter`: the height of capitals, pixels; 0: as the picture's height suggests.
+void draw_bar(int pixels, const std::string &text, int letter, Framebuffer &target);
+
 } // namespace pbm

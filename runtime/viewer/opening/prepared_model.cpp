@@ -82,6 +82,7 @@ Status build(const std::string &builder, const std::string &scan, const std::str
         command.emplace_back("--recipe=" + preparation.scans.recipe);
     for (const std::string &field : preparation.scans.fields)
         command.emplace_back("--field=" + field);
+    command.insert(command.end(), preparation.scans.options.begin(), preparation.scans.options.end());
     command.insert(command.end(), {"--", scan});
     const auto report = [&](std::string_view line) { // PERCENT STEP
         int percent = 0;
@@ -171,8 +172,9 @@ Result<PreparedModel> prepare_model(const std::string &path, const Preparation &
     if (!cache)
         return build_without_cache(*builder, path, preparation, folder + ": " + cache.error().message);
     std::string fields; // separated as no name of a field is
-    for (const std::string &field : preparation.scans.fields)
-        fields += (fields.empty() ? "" : "\n") + field;
+    for (const std::vector<std::string> &words : {preparation.scans.fields, preparation.scans.options})
+        for (const std::string &word : words)
+            fields += (fields.empty() ? "" : "\n") + word;
     auto names = cache->names_for(sources, fields, preparation.now);
     if (!names)
         return names.error();

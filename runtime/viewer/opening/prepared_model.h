@@ -22,7 +22,8 @@ struct CommandLine;
 struct ScanOptions {
     std::string cache{};  // folder of built models; "none": none; empty: $PBM_CACHE, else the user's cache folder
     std::string recipe{}; // options of pbm-build, a TOML file; empty: its defaults
-    std::vector<std::string> fields{}; // measurements that the model keeps (pbm-build --field)
+    std::vector<std::string> fields{};  // measurements that the model keeps (pbm-build --field)
+    std::vector<std::string> options{}; // further ones of pbm-build; a recipe's are weaker
 };
 
 // Declares --cache and --recipe. `options` must outlive the parsing.

@@ -6,7 +6,7 @@
 #include "pbm_render/appearance/hidden_classes.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "pbm_render/shading/depth_cue.h"
-#include "viewer/pictures/finish.h"
+#include "viewer/finish/finish.h"
 
 #include <cstdint>
 #include <optional>

@@ -216,6 +216,9 @@ Result<Camera> choose_camera(const ViewOptions &options, const Extent &extent, c
         camera.orthographic = true;
         camera = framed(camera, extent, size.x, size.y);
     }
+    constexpr double kRoomForBar = 1.18; // below the model
+    if (options.look.finish.scale_bar && !options.position && !options.focal_point)
+        camera.position = camera.focal_point + kRoomForBar * (camera.position - camera.focal_point);
     camera.orthographic = options.orthographic;
     camera.clip = options.clip;
     camera.backs = options.backs;
@@ -314,6 +317,12 @@ std::string look_as_options(const LookOptions &look) {
         text += " --exposure=" + number_text(look.finish.exposure);
     if (look.finish.tone != standard.finish.tone)
         text += " --tone=" + word_of(look.finish.tone);
+    if (look.finish.drop_shadow)
+        text += " --drop-shadow";
+    if (look.finish.scale_bar)
+        text += " --scale-bar";
+    if (look.finish.dpi != 0)
+        text += " --dpi=" + std::to_string(look.finish.dpi);
     if (look.depth_cue)
         text += " --depth-cue=" + word_of(*look.depth_cue);
     if (look.quality != standard.quality)
@@ -338,10 +347,19 @@ std::string detail_as_options(const ViewOptions &options) {
     return text;
 }
 
+void add_finish_options(CommandLine &line, Finish &finish) {
+    line.add("--drop-shadow,!--no-drop-shadow", "A soft shadow of the model on the background; default off",
+             &finish.drop_shadow, {.topic = "Look"});
+    line.add("--scale-bar,!--no-scale-bar", "With its unit; in perspective of the focal point's plane; default off",
+             &finish.scale_bar, {.topic = "Look"});
+    line.add("--dpi", "Dots per inch of the picture in print; sizes the letters", &finish.dpi,
+             {.check = Integers{10, kMaxDpi}, .topic = "Output"});
+}
+
 Status check_picture_memory(const ViewOptions &options) {
     const std::uint64_t bytes_per_pixel = 16 // colour, depth, two copies
                                           + (options.look.quality != Quality::fast ? 20 : 0) // sums of samples
-                                          + (options.look.finish.is_none() ? 0 : 16)         // their light
+                                          + (options.look.finish.is_none() ? 0 : 20)         // their light
                                           + (options.look.depth_cue.value_or(DepthCue::none) != DepthCue::none ? 8 : 0);
     const glm::ivec2 size = options.resolution;
     const auto pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);

@@ -50,6 +50,9 @@ void add_renderer_option(command_line::CommandLine &line, ViewOptions &options);
 // plane and panorama stay as they are in the file.
 inline UpAxis up_of(const ViewOptions &options, const Grid &grid) { return options.up.value_or(grid.up); }
 
+// Declares --drop-shadow, --scale-bar and --dpi, for programs that write pictures.
+void add_finish_options(command_line::CommandLine &line, Finish &finish);
+
 // The default camera for a picture of `size`, overridden by the command line: a camera whose position is given looks at
 // the centre of the extent's sphere.
 //

@@ -13,6 +13,7 @@
 #include "viewer/navigation/camera_control.h"
 #include "viewer/opening/prepared_model.h"
 #include "viewer/options/option_values.h"
+#include "viewer/options/preset.h"
 #include "viewer/options/video_options.h"
 #include "viewer/options/view_options.h"
 #include "viewer/pictures/image_writer.h"
@@ -51,6 +52,7 @@ struct Arguments {
     VideoChoice choice;
     int bench = 0;     // frames
     int thumbnail = 0; // largest width and height, pixels; 0: a picture of any size
+    std::optional<Preset> preset;
     std::string camera_file;
     std::optional<CameraPath> path;   // of this file
     std::optional<Sequence> sequence; // in place of one picture
@@ -245,7 +247,16 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
                  preset_thumbnail(edge, arguments.view);
              },
              {.type = "N", .check = command_line::Integers{1, kMaxThumbnail}});
+    line.add("--preset", "A look in a word, for a catalogue or a title; options that are given too win",
+             [&arguments](const std::string &text) -> Status {
+                 arguments.preset = *parse_preset(text);
+                 set_preset(*arguments.preset, arguments.view);
+                 arguments.scans.options = build_options(*arguments.preset);
+                 return {};
+             },
+             {.type = "plate|hero|clay|raking[,ANGLE]", .check = command_line::readable(parse_preset)});
     add_view_options(line, arguments.view);
+    add_finish_options(line, arguments.view.look.finish);
     add_renderer_option(line, arguments.view);
     add_scan_options(line, arguments.scans);
     bool no_background = false;
@@ -258,10 +269,12 @@ std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
     line.add_version(PBM_VERSION);
     if (const auto done = command_line::parse(
             line, argc, argv, old_switches({kOldVideoSwitch}),
-            {.most_used = {"--output", "--resolution", "--turntable", "--quality", "--no-background", "--help"},
+            {.most_used = {"--output", "--resolution", "--preset", "--turntable", "--no-background", "--help"},
              .examples = {
                  {"pbm-render scan.pbvg -o scan.png --resolution 1920,1080", "The whole model from the front."},
                  {"pbm-render scan.pbvg -o - --no-background | display", "A transparent picture for the next program."},
+                 {"pbm-render scan.ply --preset plate -o plate.png",
+                  "A plate for a catalogue, with a scale bar, 152 x 203 mm."},
                  {"pbm-render scan.pbvg -q --thumbnail 256 -o scan.png", "A thumbnail."},
                  {"pbm-render scan.pbvg --page site",
                   "A page that shows the model; try it with python3 -m http.server -d site."},
@@ -599,9 +612,11 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
 
     if (is_picture) {
         const Stopwatch encoding;
-        const auto file = bands ? bands->finish() : encode_picture(picture, *arguments.form(), view.load.threads);
+        auto file = bands ? bands->finish() : encode_picture(picture, *arguments.form(), view.load.threads);
         if (!file)
             return fail(arguments.output, file.error());
+        if (const int dpi = view.look.finish.dpi; dpi != 0)
+            set_dpi(dpi, *arguments.form(), *file);
         statistics.encode_ms = encoding.milliseconds();
         if (const Status written = command_line::write_bytes(arguments.output, *file); !written)
             return fail(command_line::output_name(arguments.output), written.error());
@@ -724,6 +739,11 @@ int run(Arguments arguments, std::span<std::byte> heap) {
     ModelDrawer &drawer = **opened;
     if (const auto &path = arguments.path; path && !arguments.sequence)
         arguments.view = view_at(*path, path->begin, drawer.extent(), up_of(view, drawer.grid()), view);
+    if (arguments.preset && arguments.preset->kind == PresetKind::hero && !drawer.has_surroundings() &&
+        view.verbosity != command_line::Verbosity::quiet)
+        command_line::warn(kProgram,
+                           "--preset hero: the model has no panorama or no ground; build it with --lights studio "
+                           "--shadows --ground --panorama default, or name the scan");
     const auto camera = choose_camera(view, drawer.extent(), drawer.grid(), view.resolution);
     if (!camera && arguments.path)
         return command_line::fail(kProgram, arguments.camera_file, flat_camera());

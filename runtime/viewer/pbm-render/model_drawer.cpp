@@ -29,6 +29,10 @@ ModelDrawer::ModelDrawer(std::string path, const ViewOptions &options, std::uniq
         painter_.emplace(*scene_, options_.load.threads, std::move(pool));
 }
 
+bool ModelDrawer::has_surroundings() const {
+    return scene_->surroundings->has_panorama() && scene_->drawn.ground.has_value();
+}
+
 LookOptions ModelDrawer::look() const {
     LookOptions look = look_.options;
     if (look_.depth_cue() != DepthCue::none)
@@ -72,8 +76,7 @@ RenderStatistics ModelDrawer::draw(const Camera &camera, Framebuffer &target, Mo
             ThreadPool pool(1);
             add_depth_cue(look_.depth_cue(), camera, grid().edge(), pool, target);
         }
-        if (!finish.is_none())
-            add_background(look_.options.render, target);
+        add_rest_of_finish(look_.options, camera, grid().unit, target);
         if (const auto legend = scene_->colours ? legend_of(*scene_->colours, scene_->hidden.get()) : std::nullopt;
             legend && options_.look.legend)
             draw_legend(*legend, target);

@@ -22,6 +22,8 @@ class ModelDrawer {
 
     const Extent &extent() const { return extent_; }
     const Grid &grid() const { return scene_->model.reader().parameters().grid; }
+    // Whether the file has a panorama and a ground plane.
+    bool has_surroundings() const;
     // The look that pictures have: as asked for, and where nobody asks as the model has it.
     LookOptions look() const;
     // Whether the renderer needs framebuffers with depths.

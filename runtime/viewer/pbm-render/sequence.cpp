@@ -47,7 +47,12 @@ Result<Bytes> draw_file(ModelDrawer &drawer, const Camera &camera, const ViewOpt
     Framebuffer picture(size.x, size.y, drawer.needs_depths());
     drawer.draw(camera, picture, Motion::still);
     const Status whole = drawer.damage();
-    return whole ? encode_picture(picture, form, view.load.threads) : Result<Bytes>(whole.error());
+    if (!whole)
+        return whole.error();
+    Result<Bytes> file = encode_picture(picture, form, view.load.threads);
+    if (file && view.look.finish.dpi != 0)
+        set_dpi(view.look.finish.dpi, form, *file);
+    return file;
 }
 
 Result<SequenceStatistics> draw_sequence(const Sequence &sequence, const ViewOptions &view, ModelDrawer &drawer,

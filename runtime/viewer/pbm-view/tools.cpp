@@ -1,6 +1,6 @@
 #include "tools.h"
 
-#include "viewer/pbm-view/measure/scale_bar.h"
+#include "viewer/finish/scale_bar.h"
 
 #include <span>
 

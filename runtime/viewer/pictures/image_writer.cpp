@@ -253,6 +253,17 @@ Result<Bytes> encode_png(const Framebuffer &picture, int threads) {
     return bands.finish();
 }
 
+void set_png_density(std::uint32_t pixels_per_metre, Bytes &file) {
+    constexpr std::ptrdiff_t kHeaders = 8 + 25 + 13; // bytes of signature, IHDR and sRGB
+    constexpr std::uint8_t kMetre = 1;
+    Bytes body, chunk;
+    append(body, big_endian(pixels_per_metre));
+    append(body, big_endian(pixels_per_metre));
+    append(body, std::array{kMetre});
+    append_chunk(chunk, "pHYs", body);
+    file.insert(file.begin() + kHeaders, chunk.begin(), chunk.end());
+}
+
 Bytes encode_depth_pfm(const Framebuffer &picture) {
     const std::string header =
         "Pf\n" + std::to_string(picture.width) + " " + std::to_string(picture.height) + "\n-1.0\n";

@@ -17,6 +17,9 @@ namespace pbm {
 // errors  memory  the deflate library fails
 Result<Bytes> encode_png(const Framebuffer &picture, int threads = 1);
 
+// Adds to a PNG of encode_png how many pixels of it make a metre.
+void set_png_density(std::uint32_t pixels_per_metre, Bytes &file);
+
 // The same band by band, so that bands can be encoded while other rows are still drawn.
 class PngBands {
   public:

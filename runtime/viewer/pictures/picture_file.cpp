@@ -6,6 +6,7 @@
 #include "viewer/pictures/jpeg_encoder.h"
 
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <system_error>
 
@@ -41,6 +42,23 @@ Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int t
     case PictureForm::bmp: return encode_bmp(picture);
     case PictureForm::jpeg: return encode_jpeg(picture, kJpegQuality);
     default: return encode_png(picture, threads);
+    }
+}
+
+void set_dpi(int dpi, PictureForm form, Bytes &file) {
+    const auto per_metre = static_cast<std::uint32_t>(std::lround(dpi / 0.0254));
+    constexpr std::size_t kBmpResolution = 38, kJpegUnit = 13; // bytes from the start of the file
+    if (form == PictureForm::png)
+        set_png_density(per_metre, file);
+    if (form == PictureForm::bmp)
+        for (const std::size_t at : {kBmpResolution, kBmpResolution + 4})
+            store(file.data() + at, per_metre);
+    if (form == PictureForm::jpeg) { // the header of JFIF
+        file[kJpegUnit] = 1;         // inches
+        for (const std::size_t at : {kJpegUnit + 1, kJpegUnit + 3}) {
+            file[at] = static_cast<std::uint8_t>(dpi >> 8);
+            file[at + 1] = static_cast<std::uint8_t>(dpi);
+        }
     }
 }
 

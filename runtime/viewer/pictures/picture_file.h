@@ -22,6 +22,9 @@ Result<PictureForm> picture_form(const std::string &name);
 // errors  as encode_png, encode_bmp and encode_jpeg
 Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int threads = 1);
 
+// Notes dots per inch in a file of this form; not in .exr.
+void set_dpi(int dpi, PictureForm form, Bytes &file);
+
 // Writes `name`-N`extension` into `folder` with the first free number N from 1; overwrites no file. Returns the path.
 //
 // errors  io

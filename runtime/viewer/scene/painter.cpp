@@ -75,9 +75,8 @@ Appearance Painter::appearance(const Look &look) const {
     return appearance;
 }
 
-void Painter::complete(const LookOptions &look, Framebuffer &target) const {
-    if (!look.finish.is_none())
-        add_background(look.render, target);
+void Painter::complete(const LookOptions &look, const Camera &camera, Framebuffer &target) const {
+    add_rest_of_finish(look, camera, scene_.drawn.grid.unit, target);
     if (legend_ && look.legend)
         draw_legend(*legend_, target);
 }
@@ -93,7 +92,7 @@ RenderStatistics Painter::draw(std::span<const PointRun> runs, const Camera &cam
         grade_samples(look.options.finish, picture);
         return of_samples;
     });
-    complete(look.options, target);
+    complete(look.options, camera, target);
     if (tasks.count > 0)
         pool().run(tasks.count, tasks.run);
     return drawn;
@@ -103,7 +102,7 @@ RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera
                                     Framebuffer &target, const RowTasks &tasks) {
     FastRenderer &renderer = fast(appearance(look));
     const RenderOptions options = before_finish(look.options.finish, look.options.render);
-    if (look.depth_cue() == DepthCue::none && !legend_ && look.options.finish.is_none())
+    if (look.depth_cue() == DepthCue::none && !legend_ && look.options.finish == Finish{})
         return renderer.render(runs, camera, options, target, tasks);
     const RenderStatistics drawn = with_depth_cue(camera, look.depth_cue(), target, [&](Framebuffer &picture) {
         const RenderStatistics of_picture = renderer.render(runs, camera, options, picture);
@@ -111,7 +110,7 @@ RenderStatistics Painter::draw_fast(std::span<const PointRun> runs, const Camera
             grade(look.options.finish, picture);
         return of_picture;
     });
-    complete(look.options, target);
+    complete(look.options, camera, target);
     pool().run(tasks.count, tasks.run); // cue, finish and legend change rows until the end
     return drawn;
 }
@@ -168,7 +167,7 @@ RenderStatistics Painter::add_samples(int count, Framebuffer &target, const std:
         grade_samples(fine_look_.finish, picture);
         return drawn;
     });
-    complete(fine_look_, target);
+    complete(fine_look_, fine_camera_, target);
     return drawn;
 }
 
@@ -213,6 +212,12 @@ RenderStatistics Painter::with_depth_cue(const Camera &camera, DepthCue cue, Fra
     if (!has_depths)
         std::copy_n(picture.colour.begin(), target.pixels(), target.colour.begin());
     return drawn;
+}
+
+void add_rest_of_finish(const LookOptions &look, const Camera &camera, Unit unit, Framebuffer &target) {
+    if (!look.finish.is_none())
+        add_background(look.finish, look.render, target);
+    add_scale_bar(look.finish, view_height(camera) / target.height, unit, target);
 }
 
 void add_depth_cue(DepthCue cue, const Camera &camera, double grid_edge, ThreadPool &pool, Framebuffer &target) {

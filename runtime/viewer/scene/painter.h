@@ -54,8 +54,8 @@ class Painter {
     Appearance appearance(const Look &look) const;
     // Grades the picture that the fine renderer has drawn.
     void grade_samples(const Finish &finish, Framebuffer &picture) const;
-    // Adds to a picture what comes after the depth cue: the background if there is a finish, and the legend.
-    void complete(const LookOptions &look, Framebuffer &target) const;
+    // Adds to a picture what comes after the depth cue: the rest of its finish, and the legend.
+    void complete(const LookOptions &look, const Camera &camera, Framebuffer &target) const;
 
     const StreamedScene &scene_;
     const std::optional<Legend> legend_;
@@ -69,6 +69,9 @@ class Painter {
     DepthCue fine_cue_ = DepthCue::none;
     LookOptions fine_look_;
 };
+
+// Adds the background if `look` has a finish, and the scale bar.
+void add_rest_of_finish(const LookOptions &look, const Camera &camera, Unit unit, Framebuffer &target);
 
 // Adds the depth cue to a picture that `camera` took of a grid with this edge.
 void add_depth_cue(DepthCue cue, const Camera &camera, double grid_edge, ThreadPool &pool, Framebuffer &target);

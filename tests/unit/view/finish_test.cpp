@@ -1,8 +1,10 @@
 // Exposure, tone curve and the background behind them.
-#include "viewer/pictures/finish.h"
+#include "viewer/finish/finish.h"
+#include "viewer/finish/scale_bar.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <vector>
@@ -80,7 +82,7 @@ TEST(Finish, BackgroundKeepsItsColours) {
     picture.colour[0] = 0;
     picture.colour[1] = 0xFF123456U;
     picture.colour[2] = 0x80FFFFFFU;
-    add_background(options, picture);
+    add_background({}, options, picture);
     EXPECT_EQ(unpack_rgba(picture.colour[0]), background_at(options, 0.5 / 3));
     EXPECT_EQ(picture.colour[1], 0xFF123456U);
     const Rgba8 behind = background_at(options, 2.5 / 3), half = unpack_rgba(picture.colour[2]);
@@ -88,8 +90,48 @@ TEST(Finish, BackgroundKeepsItsColours) {
     EXPECT_NEAR(half[0], byte_of(0.502 + 0.498 * linear_of(behind[0])), 1);
     Framebuffer nothing(1, 1, false);
     nothing.colour[0] = 0x40000010U;
-    add_background({.background = {0, 0, 0, 0}}, nothing);
+    add_background({}, {.background = {0, 0, 0, 0}}, nothing);
     EXPECT_EQ(nothing.colour[0], 0x40000010U);
+}
+
+// A square in the middle of a picture without and with background.
+TEST(Finish, ShadowFallsToTheLowerRightAndHasSoftEdges) {
+    const Finish finish{.drop_shadow = true};
+    EXPECT_FALSE(finish.is_none());
+    for (const Rgba8 behind : {Rgba8{255, 255, 255, 255}, Rgba8{0, 0, 0, 0}}) {
+        Framebuffer picture(200, 200, false);
+        picture.colour.assign(picture.pixels(), 0);
+        for (std::size_t y = 60; y < 140; ++y)
+            for (std::size_t x = 60; x < 140; ++x)
+                picture.colour[y * 200 + x] = 0xFF0000FFU;
+        add_background(finish, {.background = behind}, picture);
+        const auto shade = [&](std::size_t x, std::size_t y) {
+            const Rgba8 pixel = unpack_rgba(picture.colour[y * 200 + x]);
+            return behind[3] == 0 ? pixel[3] : 255 - pixel[0];
+        };
+        EXPECT_EQ(picture.colour[100 * 200 + 100], 0xFF0000FFU);
+        EXPECT_EQ(shade(10, 10), 0);
+        EXPECT_GT(shade(141, 141), shade(58, 58) + 10);
+        for (std::size_t i = 141; i < 155; ++i)
+            EXPECT_LE(shade(i + 1, 100), shade(i, 100));
+        EXPECT_EQ(shade(160, 100), 0);
+    }
+}
+
+TEST(ScaleBar, TakesTheUnitThatItsLengthNeeds) {
+    EXPECT_EQ(scale_bar(0.001, 120, Unit::metre).text, "10 cm");
+    EXPECT_EQ(scale_bar(0.00001, 600, Unit::metre).text, "5 mm");
+    EXPECT_EQ(scale_bar(0.01, 120, Unit::metre).text, "1 m");
+    Framebuffer picture(300, 100, false);
+    picture.clear({255, 255, 255, 255});
+    add_scale_bar({.scale_bar = true}, 0.01, Unit::metre, picture);
+    EXPECT_EQ(std::count(picture.colour.begin() + 300 * 84, picture.colour.begin() + 300 * 85, 0xFF000000U), 50);
+    Framebuffer dark(300, 100, false);
+    dark.clear({0, 0, 0, 255});
+    add_scale_bar({}, 0.01, Unit::metre, dark);
+    EXPECT_EQ(std::count(dark.colour.begin(), dark.colour.end(), 0xFF000000U), 30000);
+    add_scale_bar({.scale_bar = true}, 0.01, Unit::metre, dark);
+    EXPECT_EQ(std::count(dark.colour.begin() + 300 * 84, dark.colour.begin() + 300 * 85, 0xFFFFFFFFU), 50);
 }
 
 } // namespace

@@ -1,5 +1,5 @@
+#include "viewer/finish/scale_bar.h"
 #include "viewer/pbm-view/measure/polyline.h"
-#include "viewer/pbm-view/measure/scale_bar.h"
 
 #include <gtest/gtest.h>
 

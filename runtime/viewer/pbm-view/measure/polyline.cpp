@@ -1,5 +1,7 @@
 #include "viewer/pbm-view/measure/polyline.h"
 
+#include "viewer/finish/scale_bar.h"
+
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -51,8 +53,6 @@ Length Polyline::total() const {
     }
     return sum;
 }
-
-std::string unit_text(Unit unit) { return unit == Unit::unknown ? "units" : std::string(to_string(unit)); }
 
 std::string length_text(const Length &length, Unit unit) {
     const int decimals = decimals_of(length.uncertainty);

@@ -42,8 +42,6 @@ class Polyline {
     std::vector<MeasuredPoint> points_;
 };
 
-// "m", or "units" if the file does not say.
-std::string unit_text(Unit unit);
 // "12.35 ± 0.12 mm": the uncertainty with two digits, the value as far as the uncertainty goes.
 std::string length_text(const Length &length, Unit unit);
 // "500123.45, 8500001.23, 12.30 m", as far as the uncertainty goes.

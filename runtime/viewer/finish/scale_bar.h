@@ -10,10 +10,13 @@ namespace pbm {
 struct ScaleBar {
     double length; // model units
     double pixels;
-    std::string text; // "20 mm"
+    std::string text; // "20 mm"; metres below one are centimetres or millimetres
 };
 
 // The longest bar of at most `max_pixels` where a pixel has this edge in model units; both above 0.
 ScaleBar scale_bar(double pixel_size, double max_pixels, Unit unit);
+
+// "m", or "units" if the file does not say.
+std::string unit_text(Unit unit);
 
 } // namespace pbm
