@@ -55,7 +55,7 @@ ROOMS = {
         "pbm-view/clipping", "pbm-view/window", "pbm-view/drawing", "pbm-view/opening", "pbm-view"],
     "tools/pbm_scan": ["surface", "text", "fields packing conventions", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
     "tools/pbm-build/pbm_build": [
-        "report", "lattice surface", "fields grid images hole_filling", "winding", "mesh_repair", "voxels", "neighbours neighbourhoods",
+        "report", "lattice surface", "images", "fields grid hole_filling", "winding", "mesh_repair", "voxels", "neighbours neighbourhoods",
         "normals radii texture", "upsampling parts", "panorama", "scene", "preparing", "."],
     "data/pbm-sample": ["noise", "ammonite points", "ply", "."],
 }

@@ -52,6 +52,12 @@ inline void hold_surface(const Result<build::Surface> &result, std::size_t size,
     require(s.crs.size() <= 4096);
     for (const std::uint16_t id : s.texture_ids)
         require(id < s.textures.size() || id == build::Surface::kNoTexture);
+    for (const build::ImageLayer &layer : s.layers)
+        for (const std::uint16_t id : layer.ids)
+            require(id < s.textures.size() || id == build::Surface::kNoTexture);
+    for (const glm::vec4 &tangent : s.tangents)
+        require(build::is_finite(glm::dvec3(tangent)) &&
+                (tangent.w == 1 || tangent.w == -1 || tangent == glm::vec4(0)));
 }
 
 } // namespace pbm::test

@@ -7,6 +7,7 @@
 #include "difference_pictures.h"
 #include "error_places.h"
 #include "fidelity.h"
+#include "pbm_build/surface/corner_tangents.h"
 #include "pbm_format/reading/load_model.h"
 #include "pbm_format/writing/writer.h"
 #include "pbm_render/appearance/shade_table.h"
@@ -58,8 +59,8 @@ template <class T> T value_or_throw(Result<T> result, const std::string &file) {
     return std::move(*result);
 }
 
-// The colour between the four texels around a place of an image.
-glm::dvec3 texel_colour(const build::Texture &image, const glm::dvec2 &place) {
+// The value between the four texels around a place of an image: linear light, or numbers 0..1.
+glm::dvec3 texel_value(const build::Texture &image, const glm::dvec2 &place) {
     const auto index = [](double at, std::uint32_t size, build::Wrap wrap) {
         const double n = size;
         double within =
@@ -76,10 +77,18 @@ glm::dvec3 texel_colour(const build::Texture &image, const glm::dvec2 &place) {
         const double x = i & 1, y = i >> 1; // NOLINT(bugprone-integer-division)
         const auto &texel = image.texels[index(low.y + y, image.height, image.use.wrap[1]) * image.width +
                                          index(low.x + x, image.width, image.use.wrap[0])];
-        colour += (x > 0 ? part.x : 1 - part.x) * (y > 0 ? part.y : 1 - part.y) *
-                  glm::dvec3(to_linear(texel[0]), to_linear(texel[1]), to_linear(texel[2]));
+        const auto value = [&](std::size_t channel) {
+            return image.use.content == build::ImageContent::colours ? to_linear(texel[channel])
+                                                                     : texel[channel] / 255.0;
+        };
+        colour +=
+            (x > 0 ? part.x : 1 - part.x) * (y > 0 ? part.y : 1 - part.y) * glm::dvec3(value(0), value(1), value(2));
     }
     return colour;
+}
+
+glm::dvec2 place_in(const build::TextureCorners &corners, const glm::dvec3 &weights) {
+    return weights.x * glm::dvec2(corners[0]) + weights.y * glm::dvec2(corners[1]) + weights.z * glm::dvec2(corners[2]);
 }
 
 // The colour of the image of a triangle, times that of its vertices where the image is tinted.
@@ -91,14 +100,34 @@ std::optional<glm::dvec3> image_colour(const build::Surface &images, const Trian
         return std::nullopt;
     const build::TextureCorners &corners = images.texture_corners[triangle];
     const build::Texture &image = images.textures[id];
-    glm::dvec3 colour = texel_colour(image, weights.x * glm::dvec2(corners[0]) + weights.y * glm::dvec2(corners[1]) +
-                                                weights.z * glm::dvec2(corners[2]));
+    glm::dvec3 colour = texel_value(image, place_in(corners, weights));
     if (image.use.is_tinted && !colours.empty()) {
         const glm::uvec3 &t = mesh.triangles[triangle];
         colour *= weights.x * glm::dvec3(colours[t.x]) + weights.y * glm::dvec3(colours[t.y]) +
                   weights.z * glm::dvec3(colours[t.z]);
     }
     return colour;
+}
+
+// The normal that the normal map of a triangle makes of `normal`.
+glm::dvec3 mapped_normal(const build::Surface &images, std::span<const build::TriangleTangents> tangents,
+                         std::size_t triangle, const glm::dvec3 &weights, const glm::dvec3 &normal) {
+    const build::ImageLayer &layer = images.layer(build::Layer::normals);
+    if (layer.ids[triangle] == build::Surface::kNoTexture)
+        return normal;
+    const build::Texture &image = images.textures[layer.ids[triangle]];
+    const glm::dvec3 texel = 2.0 * texel_value(image, place_in(layer.corners[triangle], weights)) - 1.0;
+    const build::TriangleTangents &of_corners = tangents[triangle];
+    glm::dvec3 right(0);
+    for (int c = 0; c < 3; ++c) {
+        const build::ShortNormal &along = of_corners.along[static_cast<std::size_t>(c)];
+        if (build::is_zero(along))
+            return normal;
+        right += weights[c] * glm::dvec3(along[0], along[1], along[2]) / build::kNormalScale;
+    }
+    const glm::dvec3 up = (of_corners.is_mirrored ? -1.0 : 1.0) * glm::cross(normal, right);
+    const double scale = static_cast<double>(image.use.relief);
+    return glm::normalize(scale * texel.x * right + scale * texel.y * up + texel.z * normal);
 }
 
 // The mesh for ray casting, wound so that its normals point to the visible side.
@@ -111,14 +140,22 @@ Subject read_subject(const std::string &file) {
     build::Surface surface = value_or_throw(build::read_surface(file, build::ReadOptions{}), file);
     if (faces_point_inward({surface.positions, surface.triangles}, surface.normals))
         reverse_faces(surface);
-    Subject subject{{std::move(surface.positions), std::move(surface.triangles)}, {}};
+    Subject subject{{surface.positions, surface.triangles}, {}};
     subject.look = look_of(subject.mesh, surface.normals);
     for (const Srgb &colour : surface.colours)
         subject.look.colours.emplace_back(to_linear(colour[0]), to_linear(colour[1]), to_linear(colour[2]));
     subject.look.materials = std::move(surface.material_ids);
-    if (surface.texture_ids.empty())
-        return subject;
+    std::vector<build::ShortNormal> normals(subject.mesh.positions.size());
+    for (std::size_t i = 0; i < surface.normals.size(); ++i)
+        normals[i] = build::to_short_normal(glm::dvec3(surface.normals[i]));
     const auto images = std::make_shared<const build::Surface>(std::move(surface));
+    if (!images->layer(build::Layer::normals).ids.empty())
+        subject.look.relief = [images, tangents = build::corner_tangents(*images, normals, false, 0)](
+                                  std::size_t triangle, const glm::dvec3 &weights, const glm::dvec3 &normal) {
+            return mapped_normal(*images, tangents, triangle, weights, normal);
+        };
+    if (images->texture_ids.empty())
+        return subject;
     subject.look.image = [images, mesh = subject.mesh, colours = subject.look.colours](std::size_t triangle,
                                                                                        const glm::dvec3 &weights) {
         return image_colour(*images, mesh, colours, triangle, weights);

@@ -23,6 +23,8 @@ struct SurfaceLook {
     // Linear light of the image of a triangle at the place with these weights of its corners; nothing for a triangle
     // without one. Empty: no triangle has one.
     std::function<std::optional<glm::dvec3>(std::size_t triangle, const glm::dvec3 &weights)> image{};
+    // The unit normal that a normal map makes of `normal` there. Empty: no triangle has one.
+    std::function<glm::dvec3(std::size_t triangle, const glm::dvec3 &weights, const glm::dvec3 &normal)> relief{};
 };
 
 // A given normal, normalized, holds for all corners at its vertex. If it is zero or none are given: the normalized sum

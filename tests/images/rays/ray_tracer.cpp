@@ -62,8 +62,9 @@ glm::dvec3 reflected_light(const TracedScene &scene, const glm::dvec3 &eye, cons
     const SurfaceLook &look = scene.look;
     const std::array<glm::vec3, 3> &normals = look.normals[hit.triangle];
     const bool is_back = glm::dot(glm::dvec3(hit.face), direction) > 0;
-    const glm::dvec3 front =
+    const glm::dvec3 smooth =
         glm::normalize(normals[0] * hit.weights.x + normals[1] * hit.weights.y + normals[2] * hit.weights.z);
+    const glm::dvec3 front = look.relief ? look.relief(hit.triangle, hit.weights, smooth) : smooth;
     const glm::dvec3 normal = is_back && scene.shows_backs ? -front : front;
     const int nearest = hit.weights.x >= hit.weights.y ? (hit.weights.x >= hit.weights.z ? 0 : 2)
                                                        : (hit.weights.y >= hit.weights.z ? 1 : 2);

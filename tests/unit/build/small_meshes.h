@@ -90,9 +90,13 @@ inline Surface shuffled(const Surface &surface, unsigned seed) {
         if (random() % 2 == 0)
             continue;
         t = {t.y, t.z, t.x};
-        if (!result.texture_corners.empty())
-            std::rotate(result.texture_corners[i].begin(), result.texture_corners[i].begin() + 1,
-                        result.texture_corners[i].end());
+        const auto rotate = [i](std::vector<TextureCorners> &corners) {
+            if (!corners.empty())
+                std::rotate(corners[i].begin(), corners[i].begin() + 1, corners[i].end());
+        };
+        rotate(result.texture_corners);
+        for (ImageLayer &layer : result.layers)
+            rotate(layer.corners);
     }
     return result;
 }

@@ -28,11 +28,11 @@ class ImageInputs : public testing::Test {
     }
     void write_png(const std::string &name, std::uint8_t grey) const {
         const Bytes pixels(12, grey);
-        const Bytes png = test::png_of(2, 2, PNG_FORMAT_RGB, pixels.data());
-        write(name, std::string(png.begin(), png.end()));
+        write(name, text_of(test::png_of(2, 2, PNG_FORMAT_RGB, pixels.data())));
     }
-    Surface read(const std::string &name) const {
-        Result<Surface> surface = read_surface((folder_ / name).string(), {});
+    static std::string text_of(const Bytes &bytes) { return {bytes.begin(), bytes.end()}; }
+    Surface read(const std::string &name, const ReadOptions &options = {}) const {
+        Result<Surface> surface = read_surface((folder_ / name).string(), options);
         EXPECT_TRUE(surface.ok()) << (surface.ok() ? "" : surface.error().message);
         return surface.ok() ? std::move(*surface) : Surface{};
     }
@@ -85,6 +85,45 @@ TEST_F(ImageInputs, AnObjHasTheImagesOfItsMaterials) {
     EXPECT_EQ(note_of(s, "option -mm of images"), "dropped: not used by PBM");
     EXPECT_EQ(further("scan.obj"),
               (std::vector<std::string>{"scan.mtl", "first skin.png", "second.png", "no missing.png"}));
+}
+
+TEST_F(ImageInputs, AnObjHasTheNormalMapsOfItsMaterials) {
+    write("scan.mtl", "newmtl a\nnorm -s 2 2 -bm 0.5 normals.png\nnewmtl b\nmap_Bump -bm 2 -clamp on heights.png\n"
+                      "newmtl c\nbump normals.png\nnewmtl d\nbump heights.png\nnorm normals.png\n"
+                      "newmtl e\nnorm missing.png\nnewmtl f\nnorm heights.png\n");
+    const Bytes normals{10, 20, 250, 10, 20, 250, 10, 20, 250, 10, 20, 250};
+    write("normals.png", text_of(test::png_of(2, 2, PNG_FORMAT_RGB, normals.data())));
+    const Bytes heights{0, 100, 200, 0, 100, 200, 0, 100, 200}; // a slope to the right
+    write("heights.png", text_of(test::png_of(3, 3, PNG_FORMAT_GRAY, heights.data())));
+    std::string faces = "mtllib scan.mtl\n" + kQuad;
+    for (const char material : {'a', 'b', 'c', 'd', 'e', 'f'})
+        faces += std::string("usemtl ") + material + "\nf 1/1 2/2 3/3\n";
+    write("scan.obj", faces);
+    const Surface s = read("scan.obj");
+    const ImageLayer &layer = s.layer(Layer::normals);
+    EXPECT_TRUE(s.texture_ids.empty());
+    ASSERT_EQ(layer.ids, (std::vector<std::uint16_t>{0, 1, 2, 3, Surface::kNoTexture, 4}));
+    for (const Texture &map : s.textures)
+        EXPECT_EQ(map.use.content, ImageContent::normals);
+    EXPECT_EQ(s.textures[0].texels[0], (std::array<std::uint8_t, 4>{10, 20, 250, 255}));
+    EXPECT_EQ(s.textures[0].use.relief, 0.5F);
+    EXPECT_EQ(layer.corners[0], (TextureCorners{{{0, 1}, {2, 1}, {2, -1}}}));
+    // 100 / 255 from texel to texel, times 2 x 2 % of three texels: a slope of 0.047.
+    EXPECT_EQ(s.textures[1].texels[4], (std::array<std::uint8_t, 4>{122, 128, 255, 255}));
+    EXPECT_EQ(s.textures[1].use.relief, 1);
+    EXPECT_EQ(s.textures[1].use.wrap, (std::array{Wrap::clamp, Wrap::clamp}));
+    EXPECT_EQ(s.textures[2].texels[0][1], 20);  // coloured: no heights
+    EXPECT_EQ(s.textures[4].texels[1][0], 100); // norm: normals, even if they are grey
+    EXPECT_EQ(note_of(s, "texture image 'normals.png'"), "2 x 2, to normals of points");
+    EXPECT_EQ(note_of(s, "texture image 'heights.png'"), "3 x 3, heights, to normals of points");
+    EXPECT_EQ(note_of(s, "texture image 'missing.png'"), "dropped: there is no such file");
+    EXPECT_EQ(note_of(s, "bump of materials"), "dropped: norm says the same, and more");
+    EXPECT_EQ(note_of(s, "texture coordinates"), "normals of points");
+    ReadOptions flipped;
+    flipped.flip_green = true;
+    const Surface downwards = read("scan.obj", flipped);
+    EXPECT_EQ(downwards.textures[0].texels[0], (std::array<std::uint8_t, 4>{10, 235, 250, 255}));
+    EXPECT_EQ(downwards.textures[1].texels, s.textures[1].texels); // heights have no green
 }
 
 TEST_F(ImageInputs, PolygonsKeepThePlacesOfTheirCorners) {

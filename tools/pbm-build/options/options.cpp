@@ -380,6 +380,7 @@ void add_mesh_options(CommandLine &line, Arguments &arguments) {
              "Texels with a smaller opacity are no surface, 0..1; none: all are; default: as materials say",
              command_line::stored(alpha_cutoff, options.alpha_cutoff),
              {.type = "N|none", .check = command_line::readable(alpha_cutoff)});
+    line.add("--flip-green", "The green of normal maps points downwards, as DirectX has it", &options.flip_green);
 }
 
 void add_grid_options(CommandLine &line, Arguments &arguments) {

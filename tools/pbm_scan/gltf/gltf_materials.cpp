@@ -66,9 +66,9 @@ const Json *emission_of(const Json &material, const glm::vec4 &factor, bool has_
 
 } // namespace
 
-GltfMaterials::GltfMaterials(GltfDocument &document, const Material &default_material, Surface &surface,
+GltfMaterials::GltfMaterials(GltfDocument &document, const ReadOptions &options, Surface &surface,
                              std::vector<AttributeReport> &report)
-    : document_(document), default_material_(default_material), images_(surface, report), report_(report) {
+    : document_(document), options_(options), images_(surface, report), report_(report) {
     const Json *const materials = document_.root("materials");
     ColourCounts counts;
     for (std::size_t i = 0; i < items(materials); ++i)
@@ -105,10 +105,10 @@ std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use
     return resource ? images_.of_bytes(key, resource->bytes(), use) : drop(resource.error().message);
 }
 
-void GltfMaterials::read_image(const Json &used, GltfMaterial &material) {
+bool GltfMaterials::read_image(const Json &used, TextureUse use, GltfImage &image) {
     const Json *const texture = item(document_.root("textures"), index_of(&used, "index").value_or(~std::size_t{0}));
     if (texture == nullptr)
-        return;
+        return false;
     const Json *const extensions = member(texture, "extensions");
     const auto webp = index_of(member(extensions, "EXT_texture_webp"), "source");
     const auto source = webp ? webp : index_of(texture, "source");
@@ -118,22 +118,39 @@ void GltfMaterials::read_image(const Json &used, GltfMaterial &material) {
                       ? "KTX2 is not read; export it with PNG, JPEG or WebP"
                       : "its texture names no image that is read here",
                   Warning::missing_image);
-        return;
+        return false;
     }
     const Json *const sampler =
         item(document_.root("samplers"), index_of(texture, "sampler").value_or(~std::size_t{0}));
-    material.has_image = true;
-    TextureUse use{.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")}, .is_tinted = true};
+    use.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")};
+    image.texture = load_image(*source, use);
+    const Json *const transform = member(member(&used, "extensions"), "KHR_texture_transform");
+    image.transform = transform_of(transform);
+    const auto set = index_of(transform, "texCoord");
+    image.coordinates = "TEXCOORD_" + std::to_string(set ? *set : index_of(&used, "texCoord").value_or(0));
+    return true;
+}
+
+void GltfMaterials::read_colour_image(const Json &used, GltfMaterial &material) {
+    TextureUse use{.is_tinted = true};
     if (material.is_cut) {
         use.is_blended = material.cutoff == 0;
         use.least_opacity = use.is_blended ? kUsualAlphaCutoff : material.cutoff;
         use.opacity = material.factor.w;
     }
-    material.texture = load_image(*source, use);
-    const Json *const transform = member(member(&used, "extensions"), "KHR_texture_transform");
-    material.transform = transform_of(transform);
-    const auto set = index_of(transform, "texCoord");
-    material.coordinates = "TEXCOORD_" + std::to_string(set ? *set : index_of(&used, "texCoord").value_or(0));
+    material.has_image = read_image(used, use, material.image);
+}
+
+void GltfMaterials::read_normal_map(const Json &used, GltfMaterial &material) {
+    constexpr double kMaxScale = 1000;
+    const double scale = std::clamp(number_of(&used, "scale", 1), -kMaxScale, kMaxScale);
+    GltfImage &image = material.layers[static_cast<std::size_t>(Layer::normals)];
+    if (!read_image(used,
+                    {.content = ImageContent::normals,
+                     .relief = static_cast<float>(scale),
+                     .is_green_down = options_.flip_green},
+                    image))
+        drop_once(report_, "normalTexture of materials", "it names no image that is read here", Warning::missing_image);
 }
 
 std::uint16_t GltfMaterials::plain_image(const GltfMaterial &material) {
@@ -145,7 +162,7 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
     if (const auto found = known_.find(number); found != known_.end())
         return found->second;
     GltfMaterial &made = known_[number];
-    made.material = default_material_;
+    made.material = options_.default_material;
     const Json *const described = item(document_.root("materials"), number);
     if (described == nullptr)
         return made;
@@ -185,7 +202,9 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
     made.is_cut = mode == "BLEND" || made.cutoff > 0;
     const Json *const emissive = emission != nullptr ? member(described, "emissiveTexture") : nullptr;
     if (image != nullptr || emissive != nullptr)
-        read_image(image != nullptr ? *image : *emissive, made);
+        read_colour_image(image != nullptr ? *image : *emissive, made);
+    if (const Json *const normals = member(described, "normalTexture"))
+        read_normal_map(*normals, made);
     if (mode == "BLEND" && !made.has_image)
         drop_once(report_, "opacity of materials (" + mode + ")", "points are opaque");
     if (is_true(member(described, "doubleSided")) && !std::exchange(has_double_sided_, true))
@@ -194,8 +213,7 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
         if (member(from, key) != nullptr)
             drop_once(report_, std::string(key) + " of materials", why);
     };
-    for (const char *key : {"normalTexture", "occlusionTexture"})
-        drop(described, key, "not used by PBM");
+    drop(described, "occlusionTexture", "not used by PBM");
     if (emission == nullptr) {
         drop(described, "emissiveTexture", "not used by PBM");
         const Json *const light = member(described, "emissiveFactor");

@@ -8,6 +8,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec4.hpp>
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -15,21 +16,39 @@
 
 namespace pbm::build {
 
+// An image of a material, and where it lies.
+struct GltfImage {
+    std::uint16_t texture = Surface::kNoTexture; // it may be that it cannot be read
+    std::string coordinates = "TEXCOORD_0";
+    glm::mat3 transform{1}; // of the texture coordinates
+};
+
 struct GltfMaterial {
     Material material;      // its colour is that of `factor`
     glm::vec4 factor{1};    // linear
     float cutoff = 0;       // opacities below it are no surface, where alphaMode is MASK; 0: all are
     bool is_cut = false;    // alphaMode is MASK or BLEND
     bool has_image = false; // of the base colour; it may turn out that it cannot be read
-    std::uint16_t texture = Surface::kNoTexture;
-    std::string coordinates = "TEXCOORD_0";
-    glm::mat3 transform{1}; // of the texture coordinates
+    GltfImage image;        // of the base colour
+    std::array<GltfImage, kLayers> layers;
+
+    // Calls `visit` for each image that can be read.
+    template <class Visit> void for_images(const Visit &visit) const {
+        if (image.texture != Surface::kNoTexture)
+            visit(image);
+        for (const GltfImage &of_layer : layers)
+            if (of_layer.texture != Surface::kNoTexture)
+                visit(of_layer);
+    }
+    bool has_normal_map() const {
+        return layers[static_cast<std::size_t>(Layer::normals)].texture != Surface::kNoTexture;
+    }
 };
 
 class GltfMaterials {
   public:
     // Images are added to `surface`; `report` gets a line for each image and for what is dropped.
-    GltfMaterials(GltfDocument &document, const Material &default_material, Surface &surface,
+    GltfMaterials(GltfDocument &document, const ReadOptions &options, Surface &surface,
                   std::vector<AttributeReport> &report);
 
     // The material of this number; absent: the default one.
@@ -38,11 +57,14 @@ class GltfMaterials {
     std::uint16_t plain_image(const GltfMaterial &material);
 
   private:
-    void read_image(const Json &texture, GltfMaterial &material);
+    void read_colour_image(const Json &texture, GltfMaterial &material);
+    void read_normal_map(const Json &texture, GltfMaterial &material);
+    // Loads the image of a texture, which `use` describes but for its wrapping. False: it names none.
+    bool read_image(const Json &used, TextureUse use, GltfImage &image);
     std::uint16_t load_image(std::size_t image, const TextureUse &use);
 
     GltfDocument &document_;
-    const Material &default_material_;
+    const ReadOptions &options_;
     TextureImages images_;
     std::vector<AttributeReport> &report_;
     std::map<std::size_t, GltfMaterial> known_;

@@ -114,7 +114,6 @@ Result<std::vector<GltfPrimitive>> GltfPrimitives::read_mesh(std::size_t mesh, c
 }
 
 void GltfPrimitives::report_attributes(const Json &attributes, const GltfPrimitive &out, bool has_skin) {
-    const bool has_image = out.material->texture != Surface::kNoTexture;
     const bool are_splats = has_splats(attributes);
     for (const auto &[name, accessor] : attributes.items()) {
         const bool moves = has_skin && (name.starts_with("JOINTS_") || name.starts_with("WEIGHTS_"));
@@ -123,11 +122,15 @@ void GltfPrimitives::report_attributes(const Json &attributes, const GltfPrimiti
                 drop_once(report_, "spherical harmonics", kSplatHarmonicsNote);
             continue;
         }
-        const bool is_used = name == "POSITION" || name == "NORMAL" || name == "COLOR_0" || moves ||
-                             (has_image && name == out.material->coordinates);
+        bool is_used = name == "POSITION" || name == "NORMAL" || name == "COLOR_0" || moves ||
+                       (name == "TANGENT" && out.material->has_normal_map());
+        out.material->for_images(
+            [&, &used = name](const GltfImage &image) { is_used = is_used || used == image.coordinates; });
         if (!is_used && index_of(&accessor))
             drop_once(report_, printable(name),
-                      name.starts_with("TEXCOORD") ? "no image of colours belongs to them" : "not used by PBM");
+                      name.starts_with("TEXCOORD") ? "no image of colours belongs to them"
+                      : name == "TANGENT"          ? "no normal map belongs to them"
+                                                   : "not used by PBM");
     }
 }
 
@@ -157,10 +160,13 @@ Status GltfPrimitives::read_primitive(const Json &described, const std::vector<d
         return {};
     if (out.weights.size() != out.joints.size())
         return bad_input("JOINTS and WEIGHTS do not belong together");
-    for (const auto &[values, width, name] : {std::tuple(&out.normals, std::size_t{3}, "NORMAL"),
-                                              {&out.places, std::size_t{2}, "texture coordinates"},
-                                              {&out.colours, std::size_t{4}, "COLOR_0"},
-                                              {&out.joints, 4 * out.joint_sets, "JOINTS"}})
+    std::vector parallel{std::tuple(&out.normals, std::size_t{3}, "NORMAL"),
+                         {&out.tangents, std::size_t{4}, "TANGENT"},
+                         {&out.colours, std::size_t{4}, "COLOR_0"},
+                         {&out.joints, 4 * out.joint_sets, "JOINTS"}};
+    for (auto &[name, places] : out.places)
+        parallel.emplace_back(&places, std::size_t{2}, "texture coordinates");
+    for (const auto &[values, width, name] : parallel)
         if (!values->empty() && values->size() != count * width)
             return bad_input(std::string(name) + " are not as many as POSITION");
     if (const auto beyond =
@@ -273,9 +279,16 @@ Status GltfPrimitives::read_plain(Reading &reading, GltfPrimitive &out) {
         return read;
     if (Status read = read_attribute(reading, from, "COLOR_0", 4, out.colours); !read)
         return read;
-    if (out.material->texture != Surface::kNoTexture)
-        if (Status read = read_attribute(reading, from, out.material->coordinates.c_str(), 2, out.places); !read)
+    if (out.material->has_normal_map())
+        if (Status read = read_attribute(reading, from, "TANGENT", 4, out.tangents); !read)
             return read;
+    Status read_places;
+    out.material->for_images([&](const GltfImage &image) {
+        if (read_places && out.places[image.coordinates].empty())
+            read_places = read_attribute(reading, from, image.coordinates.c_str(), 2, out.places[image.coordinates]);
+    });
+    if (!read_places)
+        return read_places;
     return reading.has_skin ? read_joints(reading, out) : Status();
 }
 
@@ -381,8 +394,12 @@ Status GltfPrimitives::read_compressed(const Json &draco, Reading &reading, Gltf
     want("POSITION", 3, out.positions);
     want("NORMAL", 3, out.normals);
     want("COLOR_0", 4, out.colours);
-    if (out.material->texture != Surface::kNoTexture)
-        want(out.material->coordinates, 2, out.places);
+    if (out.material->has_normal_map())
+        want("TANGENT", 4, out.tangents);
+    out.material->for_images([&](const GltfImage &image) {
+        if (out.places.emplace(image.coordinates, std::vector<float>()).second)
+            want(image.coordinates, 2, out.places[image.coordinates]);
+    });
     if (reading.has_skin) {
         want("JOINTS_0", 4, out.joints);
         want("WEIGHTS_0", 4, out.weights);

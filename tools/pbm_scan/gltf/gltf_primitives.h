@@ -10,6 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include <map>
+#include <string>
 #include <tuple>
 #include <vector>
 
@@ -17,9 +18,10 @@ namespace pbm::build {
 
 // A part of a mesh in its own coordinates. Arrays are parallel to `positions`, or empty.
 struct GltfPrimitive {
-    std::vector<float> positions, normals, places, colours; // 3, 3, 2, 4 numbers each; colours linear
-    std::vector<float> radii;                               // of Gaussian splats; 0: not known
-    std::vector<float> joints, weights;                     // numbers per vertex: 4 joint_sets
+    std::vector<float> positions, normals, tangents, colours; // 3, 3, 4, 4 numbers each; colours linear
+    std::map<std::string, std::vector<float>> places;         // in images, by the name of the attribute; 2 numbers each
+    std::vector<float> radii;                                 // of Gaussian splats; 0: not known
+    std::vector<float> joints, weights;                       // numbers per vertex: 4 joint_sets
     std::size_t joint_sets = 0;
     std::vector<glm::uvec3> triangles;
     bool is_points = false, is_lines = false, are_splats = false;
@@ -27,6 +29,12 @@ struct GltfPrimitive {
     std::size_t degenerate = 0;
 
     std::size_t vertices() const { return positions.size() / 3; }
+    // Where the vertices lie in an image of the material; null: in none, or the image cannot be read.
+    const std::vector<float> *places_in(const GltfImage &image) const {
+        const auto found = places.find(image.coordinates);
+        const bool is_there = image.texture != Surface::kNoTexture && found != places.end() && !found->second.empty();
+        return is_there ? &found->second : nullptr;
+    }
 };
 
 class GltfPrimitives {

@@ -77,8 +77,7 @@ class GltfReader {
   public:
     GltfReader(GltfDocument &document, const ReadOptions &options)
         : document_(document), options_(options), report_(document.report()),
-          materials_(document, options.default_material, surface_, report_),
-          primitives_(document, materials_, options, report_) {}
+          materials_(document, options, surface_, report_), primitives_(document, materials_, options, report_) {}
 
     Result<Surface> run() {
         if (const Status known = check_extensions(); !known)
@@ -183,6 +182,9 @@ class GltfReader {
         surface_.positions.reserve(first + count);
         if (!primitive.normals.empty())
             surface_.normals.resize(first, glm::vec3(0));
+        const bool has_tangents = !primitive.tangents.empty() && !primitive.normals.empty();
+        if (has_tangents)
+            surface_.tangents.resize(first, glm::vec4(0));
         bool is_mirrored = placing.determinant < 0;
         for (std::size_t i = 0; i < count; ++i) {
             if (is_skinned) {
@@ -197,12 +199,24 @@ class GltfReader {
             const glm::dvec3 turned = placing.of_normals * glm::dvec3(n[0], n[1], n[2]);
             const double length = glm::length(turned);
             surface_.normals.emplace_back(length > 0 && std::isfinite(length) ? turned / length : glm::dvec3(0));
+            if (has_tangents)
+                surface_.tangents.push_back(turned_tangent(placing, &primitive.tangents[4 * i]));
         }
         has_normals_ = has_normals_ || (!primitive.normals.empty() && !primitive.are_splats);
         add_discs(primitive, first, std::cbrt(std::abs(placing.determinant)));
         add_colours(primitive, first);
         add_triangles(primitive, first, is_mirrored);
         return {};
+    }
+
+    // Zero if it has no direction.
+    static glm::vec4 turned_tangent(const Placing &placing, const float *tangent) {
+        const glm::dvec3 turned = glm::dmat3(placing.to_scene) * glm::dvec3(tangent[0], tangent[1], tangent[2]);
+        const double length = glm::length(turned);
+        if (!(length > 0 && std::isfinite(length)))
+            return glm::vec4(0);
+        const bool is_mirrored = (tangent[3] < 0) != (placing.determinant < 0);
+        return {glm::vec3(turned / length), is_mirrored ? -1 : 1};
     }
 
     // Radii of Gaussian splats, which show both of their sides.
@@ -226,27 +240,44 @@ class GltfReader {
     // Whether a material without an image cuts parts of the primitive away.
     static bool needs_plain_image(const GltfPrimitive &primitive) {
         const GltfMaterial &material = *primitive.material;
-        return !primitive.is_points && primitive.places.empty() && material.cutoff > 0 &&
+        return !primitive.is_points && primitive.places_in(material.image) == nullptr && material.cutoff > 0 &&
                (material.factor.w < material.cutoff || is_faded(primitive));
     }
 
+    // Where an image lies on a triangle of the primitive, whose vertices lie at `places`; null: nowhere.
+    static TextureCorners corners_in(const GltfImage &image, const std::vector<float> *places, const glm::uvec3 &t,
+                                     bool is_mirrored) {
+        TextureCorners corners{};
+        for (int corner = 0; corner < 3 && places != nullptr; ++corner) {
+            const std::size_t vertex = t[is_mirrored && corner != 0 ? 3 - corner : corner];
+            const glm::vec3 place((*places)[2 * vertex], (*places)[2 * vertex + 1], 1);
+            corners[static_cast<std::size_t>(corner)] = glm::vec2(image.transform * place);
+        }
+        return corners;
+    }
+
     void add_triangles(const GltfPrimitive &primitive, std::size_t first, bool is_mirrored) {
+        const GltfMaterial &material = *primitive.material;
         const bool is_plain = needs_plain_image(primitive);
-        const std::uint16_t plain = is_plain ? materials_.plain_image(*primitive.material) : Surface::kNoTexture;
+        const std::uint16_t plain = is_plain ? materials_.plain_image(material) : Surface::kNoTexture;
         has_colours_ = has_colours_ || is_plain;
+        const std::vector<float> *const in_colours = primitive.places_in(material.image);
+        std::array<const std::vector<float> *, kLayers> in_layers{};
+        for (std::size_t i = 0; i < kLayers; ++i)
+            in_layers[i] = primitive.places_in(material.layers[i]);
+        const bool has_places = in_colours != nullptr || std::any_of(in_layers.begin(), in_layers.end(),
+                                                                     [](const auto *places) { return places; });
+        has_places_ = has_places_ || (has_places && !primitive.triangles.empty());
         for (const glm::uvec3 &t : primitive.triangles) {
             const glm::uvec3 moved = t + static_cast<std::uint32_t>(first);
+            const std::size_t triangle = surface_.triangles.size();
             surface_.triangles.push_back(is_mirrored ? glm::uvec3(moved.x, moved.z, moved.y) : moved);
-            TextureCorners corners{};
-            const bool is_textured = !primitive.places.empty();
-            has_places_ = has_places_ || is_textured;
-            for (int corner = 0; corner < 3 && is_textured; ++corner) {
-                const std::size_t vertex = t[is_mirrored && corner != 0 ? 3 - corner : corner];
-                const glm::vec3 place(primitive.places[2 * vertex], primitive.places[2 * vertex + 1], 1);
-                corners[static_cast<std::size_t>(corner)] = glm::vec2(primitive.material->transform * place);
-            }
-            set_texture(surface_, surface_.triangles.size() - 1, is_textured ? primitive.material->texture : plain,
-                        corners);
+            set_texture(surface_, triangle, in_colours != nullptr ? material.image.texture : plain,
+                        corners_in(material.image, in_colours, t, is_mirrored));
+            for (std::size_t i = 0; i < kLayers; ++i)
+                set_texture(surface_, static_cast<Layer>(i), triangle,
+                            in_layers[i] != nullptr ? material.layers[i].texture : Surface::kNoTexture,
+                            corners_in(material.layers[i], in_layers[i], t, is_mirrored));
         }
         surface_.has_facets = surface_.has_facets || (primitive.normals.empty() && !primitive.triangles.empty());
         surface_.dropped_triangles += primitive.degenerate;
@@ -259,7 +290,7 @@ class GltfReader {
         if (found == surface_.materials.end())
             surface_.materials.push_back(material.material);
         materials_of_.resize(surface_.positions.size(), static_cast<std::uint16_t>(number));
-        has_colours_ = has_colours_ || !primitive.colours.empty() || material.texture != Surface::kNoTexture;
+        has_colours_ = has_colours_ || !primitive.colours.empty() || material.image.texture != Surface::kNoTexture;
         constexpr float kWhite = 65535;
         const bool has_own = !primitive.colours.empty() && colour_range_.white > 0;
         for (std::size_t i = first; i < surface_.positions.size(); ++i) {
@@ -289,6 +320,10 @@ class GltfReader {
     Result<Surface> finish() {
         if (!surface_.normals.empty())
             surface_.normals.resize(surface_.positions.size(), glm::vec3(0));
+        if (!surface_.tangents.empty()) {
+            surface_.tangents.resize(surface_.positions.size(), glm::vec4(0));
+            surface_.report.push_back({"TANGENT", Fate::kept, "as the directions of normal maps"});
+        }
         if (!surface_.radii.empty()) {
             surface_.radii.resize(surface_.positions.size(), 0.0F);
             surface_.two_sided.resize(surface_.positions.size(), 0);
@@ -313,7 +348,7 @@ class GltfReader {
             kept("NORMAL", "normals");
         if (has_vertex_colours_)
             report_colours();
-        if (has_places_ && !surface_.texture_ids.empty())
+        if (has_places_)
             report_textures(surface_);
         surface_.report.insert(surface_.report.end(), report_.begin(), report_.end());
         return finished(std::move(surface_), options_);

@@ -64,15 +64,22 @@ constexpr std::array kForeignImages{ForeignImage{"\xABKTX 20\xBB", 0, "KTX2"},
                                     ForeignImage{"P7\n", 0, "PAM"},
                                     ForeignImage{"<svg", 0, "SVG"}};
 
-// Verifies that the file ends with IEND: libpng stops after the last pixel.
-Status check_png_end(ByteView bytes) {
+// Verifies that the file ends with IEND: libpng stops after the last pixel. `plain` gets the file without the chunks
+// that say what its colours are.
+Status check_png_end(ByteView bytes, Bytes *plain) {
     std::size_t at = kPngSignature.size();
+    if (plain != nullptr)
+        plain->assign(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
     while (bytes.size() - at >= 12) { // length, type, CRC
         const std::size_t length = std::size_t{bytes[at]} << 24 | std::size_t{bytes[at + 1]} << 16 |
                                    std::size_t{bytes[at + 2]} << 8 | bytes[at + 3];
         if (length > bytes.size() - at - 12)
             break;
-        if (std::memcmp(bytes.data() + at + 4, "IEND", 4) == 0)
+        const std::string_view type(reinterpret_cast<const char *>(bytes.data()) + at + 4, 4);
+        const ByteView chunk = bytes.subspan(at, length + 12);
+        if (plain != nullptr && type != "gAMA" && type != "cHRM" && type != "sRGB" && type != "iCCP")
+            plain->insert(plain->end(), chunk.begin(), chunk.end());
+        if (type == "IEND")
             return {};
         at += length + 12;
     }
@@ -93,10 +100,11 @@ struct PngImage {
     PngImage &operator=(const PngImage &) = delete;
 };
 
-Status decode_png(ByteView bytes, std::size_t channels, const RowSink &take) {
-    if (Status whole = check_png_end(bytes); !whole)
+Status decode_png(ByteView bytes, std::size_t channels, bool are_colours, const RowSink &take) {
+    Bytes plain;
+    if (Status whole = check_png_end(bytes, are_colours ? nullptr : &plain); !whole)
         return whole;
-    PngImage image(bytes);
+    PngImage image(are_colours ? bytes : ByteView(plain));
     if (!image.is_open)
         return damaged_image(image.png.message);
     image.png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB; // where no chunk says that 16 bits are linear
@@ -272,11 +280,11 @@ Result<ImageSize> image_size(ByteView bytes, ImageFormat format) {
     }
 }
 
-Status decode_rows(ByteView bytes, ImageFormat format, std::size_t channels, const RowSink &take,
-                   ImageRemarks &remarks) {
+Status decode_rows(ByteView bytes, ImageFormat format, std::size_t channels, const RowSink &take, ImageRemarks &remarks,
+                   bool are_colours) {
     remarks.orientation = exif_orientation(bytes, format);
     switch (format) {
-    case ImageFormat::png: return decode_png(bytes, channels, take);
+    case ImageFormat::png: return decode_png(bytes, channels, are_colours, take);
     case ImageFormat::webp: return decode_webp(bytes, channels, take);
     case ImageFormat::jpeg: return decode_jpeg(bytes, channels, take, remarks);
     case ImageFormat::tiff: return decode_tiff(bytes, channels, take, remarks);

@@ -41,13 +41,13 @@ struct ImageRemarks {
 
 // Calls `take` with rows of sRGB pixels in the order of the file: R, G, B or, with `channels` 4, also the opacity.
 // Expands grey to three channels, reduces 16 bits to 8. Linear light becomes sRGB; what is brighter than white is
-// white.
+// white. Without `are_colours` the numbers of a PNG stay as they are, whatever its chunks say of colours.
 //
 // errors  bad_input            damaged or cut short, also where the library would only warn and make up pixels
 //         unsupported_feature  a kind of image that the library does not decode
 using RowSink = std::function<void(std::span<const std::uint8_t>)>;
-Status decode_rows(ByteView bytes, ImageFormat format, std::size_t channels, const RowSink &take,
-                   ImageRemarks &remarks);
+Status decode_rows(ByteView bytes, ImageFormat format, std::size_t channels, const RowSink &take, ImageRemarks &remarks,
+                   bool are_colours = true);
 
 // Whether an image has a high dynamic range: HDR, or a TIFF of floating-point numbers.
 bool has_high_range(ByteView bytes, ImageFormat format);

@@ -19,7 +19,7 @@ Status check_size(const ImageSize &size) {
 }
 
 // In the child: the size, the texels, and the remarks.
-Status decode_and_send(ByteView bytes, ImageFormat format, const ByteSink &send) {
+Status decode_and_send(ByteView bytes, ImageFormat format, bool are_colours, const ByteSink &send) {
     const Result<ImageSize> size = image_size(bytes, format);
     if (!size)
         return size.error();
@@ -27,14 +27,14 @@ Status decode_and_send(ByteView bytes, ImageFormat format, const ByteSink &send)
         return good;
     send({reinterpret_cast<const std::uint8_t *>(&*size), sizeof *size});
     ImageRemarks remarks;
-    Status decoded = decode_rows(bytes, format, 4, send, remarks);
+    Status decoded = decode_rows(bytes, format, 4, send, remarks, are_colours);
     send({reinterpret_cast<const std::uint8_t *>(&remarks), sizeof remarks});
     return decoded;
 }
 
 } // namespace
 
-Result<Texture> read_image(ByteView bytes) {
+Result<Texture> read_image(ByteView bytes, bool are_colours) {
     const Result<ImageFormat> format = image_format(bytes);
     if (!format)
         return format.error();
@@ -68,11 +68,12 @@ Result<Texture> read_image(ByteView bytes) {
         }
         return {};
     };
-    const ChildTask task{.name = "the " + std::string(to_string(*format)) + " decoder",
-                         .advice = "convert the image to PNG",
-                         .limits = {.cpu_seconds = 60, .wall_seconds = 240, .memory = std::uint64_t{3} << 30},
-                         .work = [&](const ByteSink &send) { return decode_and_send(bytes, *format, send); },
-                         .receive = receive};
+    const ChildTask task{
+        .name = "the " + std::string(to_string(*format)) + " decoder",
+        .advice = "convert the image to PNG",
+        .limits = {.cpu_seconds = 60, .wall_seconds = 240, .memory = std::uint64_t{3} << 30},
+        .work = [&](const ByteSink &send) { return decode_and_send(bytes, *format, are_colours, send); },
+        .receive = receive};
     if (Status done = run_in_child(task); !done)
         return done.error();
     if (texture.texels.empty() || received != sizeof size + 4 * texture.texels.size() + sizeof remarks)

@@ -12,10 +12,11 @@ inline constexpr std::uint32_t kMaxTextureEdge = 32768;
 inline constexpr std::uint64_t kMaxTextureTexels = std::uint64_t{1} << 28;
 
 // Decodes an image in a child process (child_process.h), since images are untrusted and the libraries may crash.
+// `are_colours`: texels become sRGB; else they are the numbers of the file, whatever it says of colours.
 //
 // errors  bad_input            no such image; damaged or cut short; over the limits
 //         unsupported_feature  HDR, or a kind of image that is not read (image_decoder.h)
 //         memory               the child reached a limit
-Result<Texture> read_image(ByteView bytes);
+Result<Texture> read_image(ByteView bytes, bool are_colours = true);
 
 } // namespace pbm::build

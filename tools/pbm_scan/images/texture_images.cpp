@@ -1,5 +1,6 @@
 #include "pbm_scan/images/texture_images.h"
 
+#include "pbm_scan/images/normal_maps.h"
 #include "pbm_scan/images/read_image.h"
 #include "pbm_scan/text/printable.h"
 #include "system/files/mapped_file.h"
@@ -27,6 +28,13 @@ Result<Texture> read_file(const std::string &path) {
 }
 
 Texture one_texel(const std::array<std::uint8_t, 4> &texel) { return {.width = 1, .height = 1, .texels = {texel}}; }
+
+// Makes the image what the builder takes. Returns the note about it.
+std::string settled(Texture &texture) {
+    if (texture.use.content == ImageContent::colours)
+        return ", to colours of points";
+    return settle_normals(texture) ? ", heights, to normals of points" : ", to normals of points";
+}
 
 TextureUse without_holes(TextureUse use) {
     use.least_opacity = 0;
@@ -116,7 +124,7 @@ std::uint16_t TextureImages::of_texel(const TextureUse &use) {
 }
 
 std::uint16_t TextureImages::add(Key key, ByteView bytes) {
-    Result<Texture> texture = read_image(bytes);
+    Result<Texture> texture = read_image(bytes, key.second.content == ImageContent::colours);
     return texture ? add(std::move(key), std::move(*texture)) : drop(key, texture.error().message);
 }
 
@@ -127,9 +135,10 @@ std::uint16_t TextureImages::add(Key key, Texture texture) {
     if (bytes_ > kMaxBytes)
         return drop(key, "the images need more than 8 GiB; make them smaller");
     texture.use = key.second;
+    if (texture.use.content == ImageContent::normals && is_of_object(texture))
+        return drop(key, "its normals are those of the object, not of the directions along the surface");
     report_.push_back({line_name(key.first), Fate::converted,
-                       std::to_string(texture.width) + " x " + std::to_string(texture.height) +
-                           ", to colours of points" +
+                       std::to_string(texture.width) + " x " + std::to_string(texture.height) + settled(texture) +
                            (texture.has_stray_bytes ? "; bytes that belong to no part of the image left out" : "") +
                            orientation_note(texture.orientation)});
     surface_.textures.push_back(std::move(texture));
@@ -144,29 +153,47 @@ std::uint16_t TextureImages::drop(const Key &key, const std::string &why) {
     return Surface::kNoTexture;
 }
 
-void set_texture(Surface &surface, std::size_t triangle, std::uint16_t texture, const TextureCorners &corners) {
-    if (surface.texture_ids.empty() && texture == Surface::kNoTexture)
+namespace {
+
+void set_texture(std::vector<std::uint16_t> &ids, std::vector<TextureCorners> &places, std::size_t triangle,
+                 std::uint16_t texture, const TextureCorners &corners) {
+    if (ids.empty() && texture == Surface::kNoTexture)
         return; // arrays begin with the first textured one
-    surface.texture_ids.resize(triangle, Surface::kNoTexture);
-    surface.texture_corners.resize(triangle);
-    surface.texture_ids.push_back(texture);
-    surface.texture_corners.push_back(corners);
+    ids.resize(triangle, Surface::kNoTexture);
+    places.resize(triangle);
+    ids.push_back(texture);
+    places.push_back(corners);
     constexpr float kFar = 1e6F;
-    for (glm::vec2 &corner : surface.texture_corners.back())
+    for (glm::vec2 &corner : places.back())
         if (!(std::abs(corner.x) < kFar && std::abs(corner.y) < kFar))
             corner = glm::vec2(0.0F);
 }
 
+} // namespace
+
+void set_texture(Surface &surface, std::size_t triangle, std::uint16_t texture, const TextureCorners &corners) {
+    set_texture(surface.texture_ids, surface.texture_corners, triangle, texture, corners);
+}
+
+void set_texture(Surface &surface, Layer layer, std::size_t triangle, std::uint16_t texture,
+                 const TextureCorners &corners) {
+    set_texture(surface.layer(layer).ids, surface.layer(layer).corners, triangle, texture, corners);
+}
+
 void report_textures(Surface &surface) {
-    if (surface.texture_ids.empty()) {
+    std::vector<std::string> uses;
+    if (!surface.texture_ids.empty())
+        uses.emplace_back("colours");
+    if (!surface.layer(Layer::normals).ids.empty())
+        uses.emplace_back("normals");
+    if (uses.empty()) {
         surface.report.push_back({"texture coordinates", Fate::dropped, "no image belongs to them"});
         return;
     }
     const auto without = std::count(surface.texture_ids.begin(), surface.texture_ids.end(), Surface::kNoTexture);
     surface.report.push_back({"texture coordinates", Fate::converted,
-                              without == 0
-                                  ? "colours of points"
-                                  : "colours of points; " + std::to_string(without) + " triangles have no image"});
+                              (uses.size() > 1 ? uses[0] + " and " + uses[1] : uses[0]) + " of points" +
+                                  (without == 0 ? "" : "; " + std::to_string(without) + " triangles have no image")});
 }
 
 } // namespace pbm::build

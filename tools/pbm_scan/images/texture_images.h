@@ -55,6 +55,9 @@ class TextureImages {
 // Says how a triangle of `surface` is coloured. Call it for each triangle in their order. Corners far outside of the
 // image, or not finite, are moved to its corner.
 void set_texture(Surface &surface, std::size_t triangle, std::uint16_t texture, const TextureCorners &corners);
+// The same of another layer.
+void set_texture(Surface &surface, Layer layer, std::size_t triangle, std::uint16_t texture,
+                 const TextureCorners &corners);
 
 // A line of the texture coordinates: what became of them.
 void report_textures(Surface &surface);

@@ -25,7 +25,7 @@ bool read_numbers(std::string_view words, std::span<double> numbers) {
 }
 
 // "-s 2 2 -clamp on skin of the cat.png". `dropped` gets the options that are not used.
-MaterialImage read_image_statement(std::string_view words, std::vector<std::string> &dropped) {
+MaterialImage read_image_statement(std::string_view words, bool is_relief, std::vector<std::string> &dropped) {
     struct Option {
         std::string_view name;
         std::size_t least, most; // numbers or words behind it
@@ -73,11 +73,26 @@ MaterialImage read_image_statement(std::string_view words, std::vector<std::stri
             image.offset = {numbers[0], numbers[1]};
         else if (name == "-clamp")
             image.is_clamped = word == "on";
+        else if (name == "-bm" && is_relief)
+            image.bump = static_cast<float>(std::clamp(numbers[0], -1000.0, 1000.0));
         else if (!name.starts_with("-blend") || word != "on") // as without the option
             dropped.emplace_back(name);
     }
     image.file = trimmed(words, " \t");
     return image;
+}
+
+// The image that a statement names; null: none that is used.
+MaterialImage *image_of(std::string_view keyword, NamedMaterial &named) {
+    if (keyword == "map_kd")
+        return &named.image;
+    if (keyword == "map_d" || keyword == "map_tr") {
+        named.is_opacity_inverted = keyword == "map_tr";
+        return &named.opacity_image;
+    }
+    if (keyword == "norm" || keyword == "map_norm")
+        return &named.normal_image;
+    return keyword == "bump" || keyword == "map_bump" ? &named.bump_image : nullptr;
 }
 
 constexpr const char *kColourLine = "Kd of materials";
@@ -113,10 +128,10 @@ bool read_statement(std::string_view word, std::string_view words, NamedMaterial
         named.opacity = static_cast<float>(unit(keyword == "d" ? one : 1 - one));
         if (one != (keyword == "d" ? 1 : 0))
             once("opacity of materials", Fate::dropped, "points are opaque");
-    } else if (keyword == "map_kd" || keyword == "map_d" || keyword == "map_tr") {
+    } else if (MaterialImage *const image = image_of(keyword, named)) {
         std::vector<std::string> dropped;
-        (keyword == "map_kd" ? named.image : named.opacity_image) = read_image_statement(words, dropped);
-        named.is_opacity_inverted = keyword == "map_kd" ? named.is_opacity_inverted : keyword == "map_tr";
+        const bool is_relief = image == &named.normal_image || image == &named.bump_image;
+        *image = read_image_statement(words, is_relief, dropped);
         for (const std::string &option : dropped)
             drop_once(report, "option " + option + " of images", "not used by PBM");
     } else if (keyword.starts_with("map_")) {
@@ -124,9 +139,9 @@ bool read_statement(std::string_view word, std::string_view words, NamedMaterial
                   "PBM has colours of points, no other images");
     } else {
         // Of the format and of its extensions for physically based materials.
-        constexpr std::array<std::string_view, 18> kKnown{"Ka",   "Ke",    "Tf",     "Ni",   "illum", "sharpness",
-                                                          "bump", "refl",  "Pr",     "Pm",   "Ps",    "Pc",
-                                                          "Pcr",  "aniso", "anisor", "norm", "disp",  "decal"};
+        constexpr std::array<std::string_view, 16> kKnown{"Ka",    "Ke",     "Tf",   "Ni",   "illum", "sharpness",
+                                                          "refl",  "Pr",     "Pm",   "Ps",   "Pc",    "Pcr",
+                                                          "aniso", "anisor", "disp", "decal"};
         const auto *const known = std::find_if(kKnown.begin(), kKnown.end(),
                                                [&](std::string_view name) { return lower_case(name) == keyword; });
         drop_once(report,

@@ -18,13 +18,13 @@ namespace pbm::build {
 // Larger material files are not read.
 inline constexpr std::size_t kMaxMaterialBytes = std::size_t{1} << 20;
 
-// An image of a material (`map_Kd`, `map_d`), and how it lies on the surface: place in the image = `scale` x texture
-// coordinates
-// + `offset`.
+// An image of a material (`map_Kd`, `map_d`, `norm`, `bump`), and how it lies on the surface: place in the image =
+// `scale` x texture coordinates + `offset`.
 struct MaterialImage {
     std::string file; // as named; empty: no image
     glm::vec2 scale{1}, offset{0};
     bool is_clamped = false;
+    float bump = 1; // -bm: factor of heights, or of the slopes of normals
     bool operator==(const MaterialImage &) const = default;
 };
 
@@ -33,9 +33,10 @@ struct NamedMaterial {
     Material material; // without `colour`
     MaterialImage image{};
     MaterialImage opacity_image{};
-    bool is_opacity_inverted = false;   // white is transparent: `map_Tr`
-    float opacity = 1;                  // `d`, 1 - `Tr`
-    std::optional<glm::dvec3> colour{}; // `Kd` as in the file
+    MaterialImage normal_image{}, bump_image{}; // the second one holds heights if it is grey, else normals
+    bool is_opacity_inverted = false;           // white is transparent: `map_Tr`
+    float opacity = 1;                          // `d`, 1 - `Tr`
+    std::optional<glm::dvec3> colour{};         // `Kd` as in the file
 };
 
 // Appends the materials of a file to `materials`, and a line to `report` for each statement that is not kept as it is.
@@ -44,6 +45,8 @@ struct NamedMaterial {
 //   Ns  power, 1..1024
 //   map_Kd  the image, with -o, -s and -clamp
 //   map_d, map_Tr  the image of the opacity, likewise
+//   norm  the image of normals, likewise, and with -bm
+//   bump, map_Bump  the image of heights or normals, likewise
 // Values that the file does not set are those of `default_material`. Statements that make no sense are dropped.
 void read_materials(std::string_view text, const Material &default_material, std::vector<NamedMaterial> &materials,
                     std::vector<AttributeReport> &report);

@@ -68,6 +68,14 @@ void lay_alike(NamedMaterial &material, std::vector<AttributeReport> &report) {
     drop_once(report, "map_d of materials", "it does not lie as map_Kd does");
 }
 
+// A map of normals says more than one of heights.
+void choose_relief(NamedMaterial &material, std::vector<AttributeReport> &report) {
+    if (material.normal_image.file.empty() || material.bump_image.file.empty())
+        return;
+    material.bump_image.file.clear();
+    drop_once(report, "bump of materials", "norm says the same, and more");
+}
+
 // Reads each material file once; skips those that are too large. Images that do not exist are named.
 MaterialFiles read_material_files(std::span<const NamedFile> files, const Material &default_material) {
     MaterialFiles found;
@@ -96,7 +104,10 @@ MaterialFiles read_material_files(std::span<const NamedFile> files, const Materi
         for (std::size_t i = first; i < found.materials.size(); ++i) {
             find(found.materials[i].image.file);
             find(found.materials[i].opacity_image.file);
+            find(found.materials[i].normal_image.file);
+            find(found.materials[i].bump_image.file);
             lay_alike(found.materials[i], found.report);
+            choose_relief(found.materials[i], found.report);
         }
     }
     finish_colours(found.materials, found.report);
@@ -137,12 +148,8 @@ class MaterialTable {
     std::uint16_t number_of(std::uint16_t name) const {
         return name < numbers_.size() ? numbers_[name] : std::uint16_t{0};
     }
-    // The one that has an image, of its colours or of its opacity. Null: it has none.
-    const NamedMaterial *with_image(std::uint16_t name) const {
-        const bool has_image =
-            name < looks_.size() && !(looks_[name].image.file.empty() && looks_[name].opacity_image.file.empty());
-        return has_image ? &looks_[name] : nullptr;
-    }
+    // What a file says of the material. Null: no file does.
+    const NamedMaterial *look_of(std::uint16_t name) const { return name < looks_.size() ? &looks_[name] : nullptr; }
 
   private:
     std::vector<Material> used_;
@@ -153,12 +160,18 @@ class MaterialTable {
 
 TextureUse use_of(Wrap wrap) { return {.wrap = {wrap, wrap}}; }
 
+// An image of the current faces, and how it lies.
+struct LaidImage {
+    std::uint16_t texture = Surface::kNoTexture;
+    MaterialImage lies{};
+};
+
 // Builds the triangles of the faces, with the copies of vertices that they need.
 class ObjFaces {
   public:
-    ObjFaces(ObjText &text, const MaterialTable &materials, TextureImages &images, Surface &surface)
+    ObjFaces(ObjText &text, const MaterialTable &materials, TextureImages &images, bool is_green_down, Surface &surface)
         : text_(text), materials_(materials), images_(images), surface_(surface),
-          copies_(text.positions.size(), materials.has_several()) {
+          copies_(text.positions.size(), materials.has_several()), is_green_down_(is_green_down) {
         if (!text.corner_textures.empty())
             place_of_.resize(text.positions.size());
         surface.positions = std::move(text.positions);
@@ -201,9 +214,22 @@ class ObjFaces {
   private:
     void select(std::uint16_t name) {
         material_ = materials_.number_of(name);
-        const NamedMaterial *const look = materials_.with_image(name);
-        image_ = look == nullptr ? nullptr : &look->image;
-        texture_ = look == nullptr ? Surface::kNoTexture : texture_of(*look);
+        const NamedMaterial *const look = materials_.look_of(name);
+        const bool has_image = look != nullptr && !(look->image.file.empty() && look->opacity_image.file.empty());
+        colours_ = has_image ? LaidImage{texture_of(*look), look->image} : LaidImage{};
+        relief_ = look == nullptr ? LaidImage{} : relief_of(*look);
+    }
+
+    LaidImage relief_of(const NamedMaterial &look) {
+        const bool has_normals = !look.normal_image.file.empty();
+        const MaterialImage &image = has_normals ? look.normal_image : look.bump_image;
+        if (image.file.empty())
+            return {};
+        TextureUse use = use_of(image.is_clamped ? Wrap::clamp : Wrap::repeat);
+        use.content = has_normals ? ImageContent::normals : ImageContent::relief;
+        use.relief = image.bump;
+        use.is_green_down = is_green_down_;
+        return {images_.of_file(image.file, use), image};
     }
 
     std::uint16_t texture_of(const NamedMaterial &look) {
@@ -217,23 +243,36 @@ class ObjFaces {
                                 {look.opacity_image.file, look.is_opacity_inverted}, use);
     }
 
-    // The places in the image at the corners of the face's triangles, which begin at `first_triangle`.
-    void add_textures(std::span<const std::uint32_t> corners, std::size_t first_corner, std::size_t first_triangle) {
-        bool is_textured = texture_ != Surface::kNoTexture && !text_.corner_textures.empty();
-        for (std::size_t i = 0; i < corners.size() && is_textured; ++i) {
+    // Where an image lies at the corners of the face, for set_textures; false: nowhere.
+    bool lay(const LaidImage &image, std::span<const std::uint32_t> corners, std::size_t first_corner) {
+        bool is_laid = image.texture != Surface::kNoTexture && !text_.corner_textures.empty();
+        for (std::size_t i = 0; i < corners.size() && is_laid; ++i) {
             const std::uint32_t place = text_.corner_textures[first_corner + i];
-            is_textured = place != ObjText::kNone;
-            if (is_textured) {
-                const glm::vec2 at = text_.texture_coordinates[place] * image_->scale + image_->offset;
+            is_laid = place != ObjText::kNone;
+            if (is_laid) {
+                const glm::vec2 at = text_.texture_coordinates[place] * image.lies.scale + image.lies.offset;
                 place_of_[corners[i]] = {at.x, 1 - at.y};
             }
         }
-        for (std::size_t i = first_triangle; i < surface_.triangles.size(); ++i) {
-            const glm::uvec3 &t = surface_.triangles[i];
-            set_texture(surface_, i, is_textured ? texture_ : Surface::kNoTexture,
-                        is_textured ? TextureCorners{place_of_[t.x], place_of_[t.y], place_of_[t.z]}
-                                    : TextureCorners{});
-        }
+        return is_laid;
+    }
+
+    // The places in images at the corners of the face's triangles, which begin at `first_triangle`.
+    void add_textures(std::span<const std::uint32_t> corners, std::size_t first_corner, std::size_t first_triangle) {
+        const auto set = [&](const LaidImage &image, const auto &set_one) {
+            const bool is_laid = lay(image, corners, first_corner);
+            for (std::size_t i = first_triangle; i < surface_.triangles.size(); ++i) {
+                const glm::uvec3 &t = surface_.triangles[i];
+                set_one(i, is_laid ? image.texture : Surface::kNoTexture,
+                        is_laid ? TextureCorners{place_of_[t.x], place_of_[t.y], place_of_[t.z]} : TextureCorners{});
+            }
+        };
+        set(colours_, [&](std::size_t i, std::uint16_t texture, const TextureCorners &at) {
+            set_texture(surface_, i, texture, at);
+        });
+        set(relief_, [&](std::size_t i, std::uint16_t texture, const TextureCorners &at) {
+            set_texture(surface_, Layer::normals, i, texture, at);
+        });
     }
 
     // Gives copies of vertices their places and colours.
@@ -260,9 +299,10 @@ class ObjFaces {
     TextureImages &images_;
     Surface &surface_;
     VertexCopies copies_;
-    std::vector<glm::vec2> place_of_;                            // [vertices] in the image of the current face
-    std::uint16_t material_ = 0, texture_ = Surface::kNoTexture; // of the current face
-    const MaterialImage *image_ = nullptr;
+    std::vector<glm::vec2> place_of_; // [vertices] in the image of the current face
+    std::uint16_t material_ = 0;      // of the current face
+    LaidImage colours_, relief_;      // the same
+    bool is_green_down_;              // of normal maps
 };
 
 // Smoothing groups count where corners have no normals.
@@ -344,7 +384,7 @@ Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options) {
         surface.report.push_back({"faces", Fate::kept, "polygons as triangles"});
     surface.report.insert(surface.report.end(), text->report.begin(), text->report.end());
     TextureImages images(surface, found.report);
-    ObjFaces faces(*text, materials, images, surface);
+    ObjFaces faces(*text, materials, images, options.flip_green, surface);
     faces.run(part(0.7, 1));
     keep_normals(surface, surface.vertex_copies == 0 ? "normals" : "each corner has its own");
     keep_smoothing(surface);

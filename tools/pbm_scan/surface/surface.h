@@ -8,6 +8,7 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
 #include <algorithm>
 #include <array>
@@ -30,7 +31,14 @@ enum class Wrap : std::uint8_t { repeat, mirror, clamp };
 
 inline constexpr float kUsualAlphaCutoff = 0.5; // of a material that cuts holes and names no other
 
-// How an image colours triangles.
+// What the numbers of an image are.
+enum class ImageContent : std::uint8_t {
+    colours,
+    normals, // in the space of tangents: red along the tangent, green upwards in the image, 0..255 for -1..1
+    relief,  // of files: such normals if it is coloured, heights if it is grey (normal_maps.h)
+};
+
+// How an image looks on triangles.
 struct TextureUse {
     std::array<Wrap, 2> wrap{}; // to the right, downwards
     bool is_tinted = false;     // the colours of the vertices multiply it
@@ -39,16 +47,19 @@ struct TextureUse {
     float least_opacity = 0, opacity = 1;
     bool is_blended = false; // it does so only if it shows texels on both sides of that limit (image_holes.h)
     bool is_faded = false;   // the opacities of the vertices count
+    ImageContent content = ImageContent::colours;
+    float relief = 1;           // of normals: factor of their red and green; of heights: factor
+    bool is_green_down = false; // of normals in files: green points downwards in the image
 
     // `texel`: its opacity, 0..255.
     bool is_hole(std::uint8_t texel) const { return static_cast<float>(texel) * opacity < least_opacity * 255; }
     auto operator<=>(const TextureUse &) const = default;
 };
 
-// An image that colours triangles.
+// An image on triangles.
 struct Texture {
     std::uint32_t width = 0, height = 0;
-    std::vector<std::array<std::uint8_t, 4>> texels; // [height][width], top row first; sRGB and opacity
+    std::vector<std::array<std::uint8_t, 4>> texels; // [height][width], top row first; sRGB or numbers, and opacity
     TextureUse use{};
     bool has_stray_bytes = false; // its file has bytes that belong to no part of the image
     std::uint8_t orientation = 1; // 1..8, as Exif says it; texture coordinates do not know it
@@ -56,6 +67,16 @@ struct Texture {
 
 // Texture coordinates at the corners of a triangle: x to the right, y downwards, 1 at the image's opposite edge.
 using TextureCorners = std::array<glm::vec2, 3>;
+
+// What images say of triangles besides their colours. Each layer has texture coordinates of its own.
+enum class Layer : std::uint8_t { normals };
+inline constexpr std::size_t kLayers = 1;
+
+// Its arrays are empty if no triangle has an image.
+struct ImageLayer {
+    std::vector<TextureCorners> corners; // [triangles]
+    std::vector<std::uint16_t> ids;      // [triangles] < Surface::textures.size(), or Surface::kNoTexture
+};
 
 // The colour of a face, in place of those of its vertices.
 struct FaceColour {
@@ -102,6 +123,9 @@ struct Surface {
     std::vector<Texture> textures;
     std::vector<TextureCorners> texture_corners; // [triangles]; empty without textures
     std::vector<std::uint16_t> texture_ids;      // [triangles] < textures.size(), or kNoTexture; empty without textures
+    std::array<ImageLayer, kLayers> layers;      // by Layer
+    std::vector<glm::vec4> tangents;             // for normal maps: direction, and 1 or -1 if the image is mirrored;
+                                                 // zero: computed from texture coordinates (corner_tangents.h)
     std::vector<FaceColour> face_colours;        // [triangles]; an image wins; empty: no face has a colour of its own
     std::array<std::vector<FieldValue>, kFieldSlots> field_values;   // by their number in ReadOptions::fields,
                                                                      // then in usual_fields
@@ -141,6 +165,9 @@ struct Surface {
     // Points without triangles are last; without any triangles all positions are points.
     std::size_t point_count() const { return triangles.empty() ? positions.size() : points_beside_triangles; }
     std::size_t first_point() const { return positions.size() - point_count(); }
+
+    ImageLayer &layer(Layer of) { return layers[static_cast<std::size_t>(of)]; }
+    const ImageLayer &layer(Layer of) const { return layers[static_cast<std::size_t>(of)]; }
 };
 
 // A vertex attribute of one byte, equal in a PLY file and in memory.
@@ -164,6 +191,7 @@ template <class Visit, class... Surfaces> void for_byte_attributes(Visit &&visit
 // The same for each array of vertex attributes.
 template <class Visit, class... Surfaces> void for_vertex_attributes(Visit &&visit, Surfaces &...surfaces) {
     visit(surfaces.normals...);
+    visit(surfaces.tangents...);
     visit(surfaces.colours...);
     visit(surfaces.transparencies...);
     visit(surfaces.radii...);
@@ -177,6 +205,10 @@ template <class Visit, class... Surfaces> void for_vertex_attributes(Visit &&vis
 template <class Visit, class... Surfaces> void for_triangle_attributes(Visit &&visit, Surfaces &...surfaces) {
     visit(surfaces.texture_corners...);
     visit(surfaces.texture_ids...);
+    for (std::size_t layer = 0; layer < kLayers; ++layer) {
+        visit(surfaces.layers[layer].corners...);
+        visit(surfaces.layers[layer].ids...);
+    }
     visit(surfaces.face_colours...);
     visit(surfaces.smoothing_groups...);
 }
@@ -191,8 +223,13 @@ template <class Value> void resize_for_triangles(std::vector<Value> &values, std
 
 inline void reverse_face(Surface &surface, std::size_t triangle) {
     std::swap(surface.triangles[triangle].y, surface.triangles[triangle].z);
-    if (!surface.texture_corners.empty())
-        std::swap(surface.texture_corners[triangle][1], surface.texture_corners[triangle][2]);
+    const auto reverse = [triangle](std::vector<TextureCorners> &corners) {
+        if (!corners.empty())
+            std::swap(corners[triangle][1], corners[triangle][2]);
+    };
+    reverse(surface.texture_corners);
+    for (ImageLayer &layer : surface.layers)
+        reverse(layer.corners);
 }
 inline void reverse_faces(Surface &surface) {
     for (std::size_t i = 0; i < surface.triangles.size(); ++i)
@@ -231,6 +268,7 @@ struct ReadOptions {
     bool is_one_of_several = false;              // other inputs exist: it is no error if this one keeps no point
     bool is_geographic = false;                  // x and y are degrees, whatever the file says
     bool keep_placeholders = false;              // keep points that stand for no measurement (placeholders.h)
+    bool flip_green = false;                     // the green of normal maps points downwards
     double min_opacity = 0.2;                    // 0..1: fainter Gaussian splats are left out
     bool strict = false;                         // refuse (`bad_input`) instead of dropping anything
     const ScanFormat *format = nullptr;          // of files that neither content nor name identifies (surface_reader.h)

@@ -256,6 +256,18 @@ double normal_change(const Surface &surface, const Bounds &bounds, std::span<con
     return area > 0 ? 2 * std::asin(std::min(1.0, std::sqrt(sum / area) / 2)) : 0;
 }
 
+namespace {
+
+// Of the part of an image that is on a triangle.
+double texels_on(const Texture &image, const TextureCorners &at) {
+    constexpr double kMax = 0x1p30;
+    const glm::dvec2 u(at[1] - at[0]), v(at[2] - at[0]);
+    const double size = static_cast<double>(image.width) * static_cast<double>(image.height);
+    return std::min(kMax, std::abs(u.x * v.y - u.y * v.x) / 2 * size);
+}
+
+} // namespace
+
 double texels_per_voxel(const Surface &surface, const Bounds &bounds, double voxel_size, int threads) {
     if (surface.texture_ids.empty())
         return 0;
@@ -263,17 +275,35 @@ double texels_per_voxel(const Surface &surface, const Bounds &bounds, double vox
     const auto has_image = [&](std::size_t i) { return surface.texture_ids[i] != Surface::kNoTexture; };
     const double area = sum_over_triangles(
         surface, threads, [&](std::size_t i) { return has_image(i) ? area_of(surface, i) / edge / edge : 0; });
-    constexpr double kMax = 0x1p30, kUnit = 0x1p12; // sum_over_triangles takes values below 2^19
-    const double texels = kUnit * sum_over_triangles(surface, threads, [&](std::size_t i) {
-                              if (!has_image(i))
-                                  return 0.0;
-                              const Texture &image = surface.textures[surface.texture_ids[i]];
-                              const TextureCorners &at = surface.texture_corners[i];
-                              const glm::dvec2 u(at[1] - at[0]), v(at[2] - at[0]);
-                              const double size = static_cast<double>(image.width) * static_cast<double>(image.height);
-                              return std::min(kMax, std::abs(u.x * v.y - u.y * v.x) / 2 * size) / kUnit;
-                          });
+    constexpr double kUnit = 0x1p12; // sum_over_triangles takes values below 2^19
+    const double texels =
+        kUnit * sum_over_triangles(surface, threads, [&](std::size_t i) {
+            return has_image(i)
+                       ? texels_on(surface.textures[surface.texture_ids[i]], surface.texture_corners[i]) / kUnit
+                       : 0.0;
+        });
     return area > 0 ? texels * (voxel_size / edge) * (voxel_size / edge) / area : 0;
+}
+
+double relief_change(const Surface &surface, std::span<const Relief> reliefs, const Bounds &bounds, double voxel_size,
+                     int threads) {
+    const ImageLayer &layer = surface.layer(Layer::normals);
+    if (reliefs.empty())
+        return 0;
+    const double edge = centred_grid(bounds, kMinDepth).edge();
+    const auto relative_area_of = [&](std::size_t i) {
+        return layer.ids[i] == Surface::kNoTexture ? 0 : area_of(surface, i) / edge / edge;
+    };
+    const double area = sum_over_triangles(surface, threads, relative_area_of);
+    const double sum = sum_over_triangles(surface, threads, [&](std::size_t i) {
+        const double of_triangle = relative_area_of(i);
+        if (!(of_triangle > 0))
+            return 0.0;
+        const double texels = texels_on(surface.textures[layer.ids[i]], layer.corners[i]);
+        const double per_voxel = std::sqrt(texels / of_triangle) * voxel_size / edge;
+        return of_triangle * squared_change(reliefs[layer.ids[i]], per_voxel);
+    });
+    return area > 0 ? 2 * std::asin(std::min(1.0, std::sqrt(sum / area) / 2)) : 0;
 }
 
 double screen_voxel(const Bounds &bounds, UpAxis up, int depth) {
@@ -328,19 +358,43 @@ Status check_fits(const Bounds &bounds, const Grid &grid) {
 
 // The finest depth from `depth` on that the screen shows and the budget allows.
 int depth_of_screen(const Surface &surface, const Bounds &bounds, std::span<const ShortNormal> normals,
-                    const GridRequest &request, int depth, int threads) {
+                    std::span<const Relief> reliefs, const GridRequest &request, int depth, int threads) {
     const bool is_coloured = !surface.colours.empty() || !surface.texture_ids.empty() || !surface.face_colours.empty();
     const double budget = std::max(kMinBudget, static_cast<double>(request.scan_bytes));
     const double area = relative_area(surface, bounds, threads);
     if (!(area > 0)) // a line or a point has no detail
         return depth;
     while (depth < kMaxScreenDepth && screen_voxel(bounds, request.up.value_or(UpAxis::y), depth) > kMaxScreenVoxel) {
-        const double change =
-            normal_change(surface, bounds, normals, centred_grid(bounds, depth + 1).voxel_size, threads);
+        const double voxel_size = centred_grid(bounds, depth + 1).voxel_size;
+        const double change = std::hypot(normal_change(surface, bounds, normals, voxel_size, threads),
+                                         relief_change(surface, reliefs, bounds, voxel_size, threads));
         if (estimated_bytes(area, change, is_coloured, depth + 1) > budget)
             break;
         ++depth;
     }
+    return depth;
+}
+
+// The depth from that of the surface on that its images ask for; `reason` says so if it is a finer one.
+int depth_of_images(const Surface &surface, const Bounds &bounds, std::span<const Relief> reliefs, int of_surface,
+                    int threads, std::string &reason) {
+    const auto voxel_size = [&](int depth) { return centred_grid(bounds, depth).voxel_size; };
+    const int finest = std::max(of_surface, std::min(kMaxMeshDepth, of_surface + kMaxDepthsForTexels));
+    const double first_texels = texels_per_voxel(surface, bounds, voxel_size(of_surface), threads);
+    int of_texels = of_surface, of_relief = of_surface;
+    for (double texels = first_texels; texels > kMaxTexels && of_texels < finest; texels /= 4)
+        ++of_texels;
+    const double first_change = relief_change(surface, reliefs, bounds, voxel_size(of_surface), threads);
+    for (double change = first_change; change > kMaxNormalChange && of_relief < finest;
+         change = relief_change(surface, reliefs, bounds, voxel_size(of_relief), threads))
+        ++of_relief;
+    const int depth = std::max(of_texels, of_relief);
+    if (of_texels == depth && depth > of_surface)
+        reason = formatted("%d: at %d, which the surface asks for, a voxel has %.0f texels", depth, of_surface,
+                           first_texels);
+    else if (depth > of_surface)
+        reason = formatted("%d: at %d, which the surface asks for, normal maps change by %.0f degrees in a voxel",
+                           depth, of_surface, glm::degrees(first_change));
     return depth;
 }
 
@@ -357,15 +411,9 @@ ChosenGrid grid_by_detail(const Surface &surface, const Bounds &bounds, std::spa
                                depth + 1, depth, glm::degrees(change));
             ++depth;
         }
-        const int of_surface = depth;
-        double texels = texels_per_voxel(surface, bounds, centred_grid(bounds, depth).voxel_size, threads);
-        const double first_texels = texels;
-        for (; texels > kMaxTexels && depth < std::min(kMaxMeshDepth, of_surface + kMaxDepthsForTexels); texels /= 4)
-            ++depth;
-        if (depth > of_surface)
-            reason = formatted("%d: at %d, which the surface asks for, a voxel has %.0f texels", depth, of_surface,
-                               first_texels);
-        if (const int of_screen = depth_of_screen(surface, bounds, normals, request, depth, threads);
+        const std::vector<Relief> reliefs = measure_relief(surface, threads);
+        depth = depth_of_images(surface, bounds, reliefs, depth, threads, reason);
+        if (const int of_screen = depth_of_screen(surface, bounds, normals, reliefs, request, depth, threads);
             of_screen > depth) {
             depth = of_screen;
             reason.clear();

@@ -2,6 +2,7 @@
 // Based on: Botsch, Wiratanaya, Kobbelt 2002, section 3.1: quantisation error and sampling density in balance
 #pragma once
 
+#include "pbm_build/images/relief.h"
 #include "pbm_build/surface/short_normal.h"
 #include "pbm_format/model/model.h"
 #include "pbm_scan/surface/surface.h"
@@ -88,7 +89,12 @@ inline constexpr double kMaxNormalChange = 0.0873; // radians: 5 degrees
 // Texels of images per square voxel of the triangles that have an image; 0 without any.
 double texels_per_voxel(const Surface &surface, const Bounds &bounds, double voxel_size, int threads);
 
-// A mesh with more texels per voxel gets the next depth, and that again.
+// How much the normals of normal maps change within a voxel, as normal_change has it, over the area that has such maps.
+double relief_change(const Surface &surface, std::span<const Relief> reliefs, const Bounds &bounds, double voxel_size,
+                     int threads);
+
+// A mesh with more texels of colours per voxel, or whose normal maps change by more than kMaxNormalChange within one,
+// gets the next depth, and that again.
 inline constexpr double kMaxTexels = 4;
 inline constexpr int kMaxDepthsForTexels = 2;
 
@@ -112,7 +118,7 @@ struct ChosenGrid {
 };
 
 // The requested grid, with its unit and up axis. By default that of mesh_depth, one depth finer where normal_change
-// exceeds kMaxNormalChange, then finer by kMaxTexels, then by kMaxScreenVoxel. A surface of triangles and points gets
+// exceeds kMaxNormalChange, then finer by its images, then by kMaxScreenVoxel. A surface of triangles and points gets
 // the finer of the two depths. With max_points the number of voxels is estimated from below: the surface may have more.
 // `normals`: as for normal_change.
 //

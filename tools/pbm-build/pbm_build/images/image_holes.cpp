@@ -47,7 +47,7 @@ void add_line(const std::string &name, std::size_t images, const std::string &no
 
 Status settle_holes(Surface &surface, const HoleRequest &request, int threads, BuildStatistics &statistics) {
     for (Texture &texture : surface.textures)
-        if (request.alpha_cutoff) {
+        if (request.alpha_cutoff && texture.use.content == ImageContent::colours) {
             texture.use.is_blended = texture.use.is_blended || texture.use.least_opacity == 0;
             texture.use.least_opacity = static_cast<float>(*request.alpha_cutoff);
         }

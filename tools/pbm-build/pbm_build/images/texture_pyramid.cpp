@@ -15,8 +15,28 @@ namespace {
 using Level = TexturePyramid::Level;
 using Texel = TexturePyramid::Texel;
 
+constexpr std::uint16_t kStep = 257; // 65,535 / 255
+
+std::span<const std::uint16_t> plain_table() {
+    static constexpr std::array<std::uint16_t, 256> kTable = [] {
+        std::array<std::uint16_t, 256> table{};
+        for (std::size_t i = 0; i < table.size(); ++i)
+            table[i] = static_cast<std::uint16_t>(i * kStep);
+        return table;
+    }();
+    return kTable;
+}
+
+// Numbers that are rounded up from level to level would drift.
+std::uint8_t rounded_to_even(std::uint64_t sum, std::uint64_t weights) {
+    const std::uint64_t whole = sum / weights, twice_rest = 2 * (sum % weights);
+    const bool is_up = twice_rest > weights || (twice_rest == weights && whole % 2 == 1);
+    return static_cast<std::uint8_t>(whole + (is_up ? 1 : 0));
+}
+
 // The mean of up to four texels, weighted by how much of them counts; that of all if nothing does.
-Texel mean_of(std::span<const Texel> parts, std::size_t whole) {
+Texel mean_of(std::span<const Texel> parts, std::size_t whole, const std::uint16_t *table) {
+    const bool are_colours = table == linear_table().data();
     std::array<std::uint64_t, 3> sums{};
     std::uint64_t weights = 0, covered = 0;
     for (const Texel &part : parts)
@@ -25,17 +45,18 @@ Texel mean_of(std::span<const Texel> parts, std::size_t whole) {
         const std::uint64_t weight = covered == 0 ? 1 : part[3];
         weights += weight;
         for (std::size_t c = 0; c < 3; ++c)
-            sums[c] += weight * linear_table()[part[c]];
+            sums[c] += weight * table[part[c]];
     }
     Texel mean;
     for (std::size_t c = 0; c < 3; ++c)
-        mean[c] = linear_to_srgb(static_cast<std::uint32_t>((2 * sums[c] + weights) / (2 * weights)));
+        mean[c] = are_colours ? linear_to_srgb(static_cast<std::uint32_t>((2 * sums[c] + weights) / (2 * weights)))
+                              : rounded_to_even(sums[c] / kStep, weights);
     // Rounded up, so that no covered texel is lost.
     mean[3] = static_cast<std::uint8_t>((covered + whole - 1) / whole);
     return mean;
 }
 
-Level half_of(const Level &level, int threads) {
+Level half_of(const Level &level, const std::uint16_t *table, int threads) {
     Level half{(level.width + 1) / 2, (level.height + 1) / 2, {}, {}};
     half.texels.resize(std::size_t{half.width} * half.height);
     half.cut.resize(level.cut.empty() ? 0 : half.texels.size());
@@ -51,7 +72,7 @@ Level half_of(const Level &level, int threads) {
                     parts[count++] = level.texels[from];
                     cut += level.cut.empty() ? 0U : level.cut[from];
                 }
-            half.texels[y * half.width + x] = mean_of(std::span(parts).first(count), count);
+            half.texels[y * half.width + x] = mean_of(std::span(parts).first(count), count, table);
             if (!level.cut.empty())
                 half.cut[y * half.width + x] = static_cast<std::uint8_t>(cut / count);
         }
@@ -108,7 +129,8 @@ void TextureCoverage::add(const TextureCorners &corners) {
     }
 }
 
-TexturePyramid::TexturePyramid(Texture texture, const TextureCoverage &coverage, int threads) : use_(texture.use) {
+TexturePyramid::TexturePyramid(Texture texture, const TextureCoverage &coverage, int threads)
+    : use_(texture.use), table_((use_.content == ImageContent::colours ? linear_table() : plain_table()).data()) {
     levels_.push_back({texture.width, texture.height, std::move(texture.texels), {}});
     std::vector<Texel> &texels = levels_.front().texels;
     std::vector<std::uint8_t> &cut = levels_.front().cut;
@@ -122,7 +144,7 @@ TexturePyramid::TexturePyramid(Texture texture, const TextureCoverage &coverage,
             cut[i] = coverage.covers(i) ? static_cast<std::uint8_t>(255 - shown) : std::uint8_t{0};
     }
     while (levels_.back().width > 1 || levels_.back().height > 1) {
-        Level half = half_of(levels_.back(), threads);
+        Level half = half_of(levels_.back(), table_, threads);
         levels_.push_back(std::move(half));
     }
 }
@@ -130,11 +152,15 @@ TexturePyramid::TexturePyramid(Texture texture, const TextureCoverage &coverage,
 std::vector<TextureCoverage> covered_texels(const Surface &surface, int threads) {
     std::vector<TextureCoverage> coverages(surface.textures.begin(), surface.textures.end());
     constexpr std::size_t kBlock = 4096;
-    parallel_blocks(surface.texture_ids.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            if (surface.texture_ids[i] != Surface::kNoTexture)
-                coverages[surface.texture_ids[i]].add(surface.texture_corners[i]);
-    });
+    const auto add = [&](const std::vector<std::uint16_t> &ids, const std::vector<TextureCorners> &corners) {
+        parallel_for(ids.size(), kBlock, threads, [&](std::size_t i) {
+            if (ids[i] != Surface::kNoTexture)
+                coverages[ids[i]].add(corners[i]);
+        });
+    };
+    add(surface.texture_ids, surface.texture_corners);
+    for (const ImageLayer &layer : surface.layers)
+        add(layer.ids, layer.corners);
     return coverages;
 }
 

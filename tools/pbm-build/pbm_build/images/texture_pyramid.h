@@ -41,11 +41,12 @@ inline std::uint32_t wrapped(std::int64_t at, std::uint32_t size, Wrap wrap) {
     return static_cast<std::uint32_t>(within < n ? within : period - 1 - within);
 }
 
-// Level 0 is the image; each further one has half its size, rounded up. A texel is the mean, in linear light, of those
-// below it that are covered and cut no hole, or, where the vertices fade the image, weighted by their opacity.
+// Level 0 is the image; each further one has half its size, rounded up. A texel is the mean, of colours in linear
+// light, of those below it that are covered and cut no hole, or, where the vertices fade the image, weighted by their
+// opacity.
 class TexturePyramid {
   public:
-    using Texel = std::array<std::uint8_t, 4>; // sRGB, and the share that is covered and shown: 0..255
+    using Texel = std::array<std::uint8_t, 4>; // sRGB or numbers, and the share that is covered and shown: 0..255
     struct Level {
         std::uint32_t width = 0, height = 0;
         std::vector<Texel> texels;     // [height][width], top row first
@@ -61,6 +62,9 @@ class TexturePyramid {
     const std::vector<Level> &levels() const { return levels_; }
     const std::array<Wrap, 2> &wrap() const { return use_.wrap; }
     bool is_tinted() const { return use_.is_tinted; }
+    float relief() const { return use_.relief; }
+    // [256] what texels stand for, 0..65,535: linear light, or numbers in proportion.
+    const std::uint16_t *table() const { return table_; }
     bool is_faded() const { return use_.is_faded && use_.least_opacity > 0; }
     // A place is a hole if of what is covered there more than this, times what is shown, is not shown. `opacity`: of
     // the vertices, 0..1.
@@ -71,6 +75,7 @@ class TexturePyramid {
   private:
     std::vector<Level> levels_;
     TextureUse use_{};
+    const std::uint16_t *table_ = nullptr;
 };
 
 // For each image of `surface`.

@@ -1,7 +1,5 @@
 #include "pbm_build/images/triangle_texture.h"
 
-#include "pbm_format/model/point_values.h"
-
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -75,7 +73,7 @@ std::optional<std::array<std::int32_t, 3>> TriangleTexture::interpolated(const g
     const double x = at.x - 0.5, y = at.y - 0.5;
     const std::int64_t left = floor_of(x), top = floor_of(y);
     const double right = x - static_cast<double>(left), bottom = y - static_cast<double>(top);
-    const std::uint16_t *const linear = linear_table().data();
+    const std::uint16_t *const linear = pyramid_->table();
     const TexelWeights &counts = kTexelWeights[pyramid_->is_faded() ? 1 : 0];
     const std::array<double, 4> shares{(1 - right) * (1 - bottom), right * (1 - bottom), (1 - right) * bottom,
                                        right * bottom};
@@ -126,7 +124,7 @@ std::optional<std::array<std::int32_t, 3>> TriangleTexture::colour(const Weights
         x[i] *= share;
         y[i] *= share;
     }
-    const std::uint16_t *const linear = linear_table().data();
+    const std::uint16_t *const linear = pyramid_->table();
     std::array<std::uint32_t, 3> sums{};
     std::uint32_t all = 0, cut = 0;
     for (std::size_t i = 0; i < kTaps; ++i) {

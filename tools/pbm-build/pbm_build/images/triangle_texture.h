@@ -20,11 +20,13 @@ class TriangleTexture {
     // `corners`: in voxel units. Refers to `pyramid`.
     void set(const TexturePyramid &pyramid, const TextureCorners &texture, const std::array<glm::dvec3, 3> &corners);
 
-    // Linear light, 0..65,535, around the place with these weights of the corners; nothing where the image cuts a hole.
+    // Linear light, or another number, 0..65,535, around the place with these weights of the corners; nothing where the
+    // image cuts a hole.
     // `opacity`: of the vertices there, 0..1; counts if the image is_faded.
     std::optional<std::array<std::int32_t, 3>> colour(const std::array<double, 3> &weights, double opacity = 1) const;
     bool is_faded() const { return pyramid_->is_faded(); }
     bool is_tinted() const { return pyramid_->is_tinted(); }
+    float relief() const { return pyramid_->relief(); }
 
   private:
     using Weights = std::array<double, 3>;

@@ -44,6 +44,7 @@ struct BuildOptions {
                                                    // each surface in their order; empty: the stations of the surfaces
     Outliers outliers = Outliers::drop_strays;     // and far parts; kept with a grid that is given
     std::optional<double> alpha_cutoff;            // image_holes.h
+    bool flip_green = false;                       // the green of normal maps points downwards
     std::optional<int> upsample;                   // largest gap, voxels; upsample.h
     bool strict = false;                           // refuse the input instead of dropping any of it
     WarningSet denied{};                           // refuse the input where its report has a line of these kinds

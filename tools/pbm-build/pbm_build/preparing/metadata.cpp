@@ -48,6 +48,7 @@ Result<Metadata> make_metadata(const BuildOptions &build, const ScanFacts &scan)
     give("fill_holes", build.mesh.max_hole_edges);
     give("crease_angle", build.crease_angle);
     give("alpha_cutoff", build.alpha_cutoff);
+    set("flip_green", build.flip_green);
     if (build.viewpoints.size() == 1)
         options["viewpoint"] = build.viewpoints.front();
     else if (!build.viewpoints.empty())

@@ -159,6 +159,9 @@ void pose(Surface &surface, const glm::dmat4 &matrix) {
     for (glm::vec3 &n : surface.normals)
         if (n != glm::vec3(0))
             n = glm::vec3(glm::normalize(of_normals * glm::dvec3(n)));
+    for (glm::vec4 &tangent : surface.tangents)
+        if (tangent != glm::vec4(0))
+            tangent = {glm::vec3(glm::normalize(turn * glm::dvec3(tangent))), determinant < 0 ? -tangent.w : tangent.w};
     const auto factor = static_cast<float>(std::cbrt(std::abs(determinant)));
     for (float &radius : surface.radii)
         radius *= factor;

@@ -6,6 +6,7 @@
 #include "pbm_build/preparing/examine_surface.h"
 #include "pbm_build/preparing/metadata.h"
 #include "pbm_build/preparing/poses.h"
+#include "pbm_build/surface/corner_tangents.h"
 #include "pbm_build/surface/creases.h"
 #include "pbm_build/surface/material_colours.h"
 #include "pbm_build/surface/merge_surfaces.h"
@@ -110,6 +111,7 @@ Result<std::vector<Surface>> read_surfaces(std::span<const std::string> inputs, 
             return read_surface(scan.file, {.is_one_of_several = scans->size() > 1,
                                             .is_geographic = options.is_geographic,
                                             .keep_placeholders = options.keep_placeholders,
+                                            .flip_green = options.flip_green,
                                             .min_opacity = options.min_opacity,
                                             .strict = options.strict,
                                             .format = options.input_format,
@@ -166,6 +168,8 @@ Result<Surface> merge_inputs(std::vector<Surface> surfaces, const Run &run) {
     surface.closed = shows_closed_surface(surface);
     colour_by_materials(surface);
     statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
+    if (options.flip_green && surface.layer(Layer::normals).ids.empty())
+        statistics.report(Warning::idle_option, "--flip-green", "no face has a normal map");
     if (outliers_of(options) != Outliers::keep)
         if (Status dropped = drop_far_parts(surface, options.strict, statistics); !dropped)
             return dropped.error();
@@ -224,6 +228,8 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
     if (!estimated)
         return estimated.error();
     scan.normals = std::move(*estimated);
+    scan.normals.tangents = corner_tangents(surface, scan.normals.normals, scan.normals.faces_point_inward, threads);
+    free_memory(surface.tangents);
     scan.set.material = has_materials(surface);
     free_memory(surface.station_ids);
     if (surface.point_count() > 0)

@@ -29,7 +29,9 @@ void drop_colours(Surface &surface, BuildStatistics &statistics) {
     if (!surface.materials.empty())
         statistics.report(Warning::replaced_attribute, "materials", kWhy, surface.name);
     surface.colours.clear();
-    surface.textures.clear();
+    for (Texture &texture : surface.textures)
+        if (texture.use.content == ImageContent::colours)
+            texture = {};
     surface.texture_ids.clear();
     surface.texture_corners.clear();
     surface.face_colours.clear();

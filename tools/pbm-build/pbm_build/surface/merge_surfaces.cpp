@@ -102,8 +102,13 @@ template <class T> void append(std::vector<T> &to, std::vector<T> &from) {
 void append(Surface &to, Surface &from) {
     const auto first = static_cast<std::uint32_t>(to.positions.size());
     const auto first_texture = static_cast<std::uint16_t>(to.textures.size());
-    for (std::uint16_t &texture : from.texture_ids)
-        texture = texture == Surface::kNoTexture ? texture : static_cast<std::uint16_t>(texture + first_texture);
+    const auto renumber = [first_texture](std::vector<std::uint16_t> &ids) {
+        for (std::uint16_t &texture : ids)
+            texture = texture == Surface::kNoTexture ? texture : static_cast<std::uint16_t>(texture + first_texture);
+    };
+    renumber(from.texture_ids);
+    for (ImageLayer &layer : from.layers)
+        renumber(layer.ids);
     const auto append_attribute = [&](auto &all, auto &part) {
         if (all.empty() && part.empty())
             return;

@@ -46,7 +46,8 @@ bool faces_point_inward(const Surface &surface, int threads) {
 }
 
 Result<VertexNormals> vertex_normals(Surface &surface, int threads) {
-    VertexNormals result{.normals = given_normals(surface)};
+    VertexNormals result;
+    result.normals = given_normals(surface);
     result.faces_point_inward = !surface.normals.empty() && disagree(surface, result.normals, threads);
     const bool complete =
         !surface.normals.empty() && std::none_of(result.normals.begin(), result.normals.end(), is_zero);

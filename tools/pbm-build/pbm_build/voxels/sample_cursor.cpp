@@ -2,12 +2,16 @@
 
 #include "pbm_build/lattice/lattice_triangle.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
 namespace pbm::build {
 namespace {
+
+constexpr double kMaxSlope = 1; // of a normal map's normals: 45 degrees
 
 // Sorts the corners by their places, then by their attributes, at last by `before_in_fields`. Branch-free where x and y
 // distinguish all corners: each comparison adds to the rank of a corner.
@@ -86,6 +90,24 @@ void SampleCursor::load(std::uint32_t source) {
         for (std::size_t c = 0; c < 3 && image_.is_faded(); ++c)
             opacities_[c] = 1 - sampler_.surface_.transparencies[vertices_[c]] / 255.0;
     }
+    load_relief(source, {order[0]->number, order[1]->number, order[2]->number});
+}
+
+void SampleCursor::load_relief(std::uint32_t source, const std::array<std::size_t, 3> &corners) {
+    const ImageLayer &layer = sampler_.surface_.layer(Layer::normals);
+    const TexturePyramid *const image = sampler_.image_of(layer.ids, source);
+    has_relief_ = image != nullptr;
+    if (!has_relief_)
+        return;
+    const TextureCorners &places = layer.corners[source];
+    relief_.set(*image, {places[corners[0]], places[corners[1]], places[corners[2]]}, triangle_.corners);
+    const TriangleTangents &tangents = sampler_.normals_.tangents[source];
+    sense_ = tangents.is_mirrored ? -1 : 1;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const ShortNormal &along = tangents.along[corners[c]];
+        has_relief_ = has_relief_ && !is_zero(along);
+        tangents_[c] = glm::dvec3(along[0], along[1], along[2]) / kNormalScale;
+    }
 }
 
 void SampleCursor::take_point(std::uint32_t source, std::size_t row, SampleRows &rows) const {
@@ -140,6 +162,29 @@ void SampleCursor::take_image_colour(std::size_t row, SampleRows &rows) const {
     }
 }
 
+// The normal of the normal map, turned from the space of tangents. It leans by at most kMaxSlope, so that the splat
+// still covers its voxel.
+void SampleCursor::take_relief(std::size_t row, SampleRows &rows) const {
+    const auto &weights = rows.mixed.weights;
+    const std::array<double, 3> of_corners{weights[0][row], weights[1][row], weights[2][row]};
+    const auto texel = relief_.colour(of_corners);
+    if (!texel)
+        return;
+    auto &from = rows.mixed.normals.from;
+    const glm::dvec3 normal = glm::dvec3(from[0][row], from[1][row], from[2][row]) / kNormalScale;
+    const glm::dvec3 right = of_corners[0] * tangents_[0] + of_corners[1] * tangents_[1] + of_corners[2] * tangents_[2],
+                     up = sense_ * glm::cross(normal, right);
+    const auto part = [&](std::size_t c) { return static_cast<double>((*texel)[c]) * (2 / 65535.0) - 1; };
+    const double scale = static_cast<double>(relief_.relief());
+    const double x = scale * part(0), y = scale * part(1);
+    const double slope = std::sqrt(x * x + y * y);
+    const double z = std::max({part(2), slope / kMaxSlope, 1e-3});
+    const glm::dvec3 turned = x * right + y * up + z * normal;
+    for (int axis = 0; axis < 3; ++axis)
+        from[static_cast<std::size_t>(axis)][row] = turned[axis];
+    rows.mixed.normals.is_rounded[row] = 0;
+}
+
 void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end,
                                  SampleRows &rows) const {
     triangle_.mix(block_centre, first, end, rows.mixed);
@@ -147,6 +192,8 @@ void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t fir
         rows.rest[row] = rest_;
     for (std::size_t row = first; row < end && has_image_; ++row)
         take_image_colour(row, rows);
+    for (std::size_t row = first; row < end && has_relief_; ++row)
+        take_relief(row, rows);
     for (std::size_t row = first; row < end && !rows.fields.empty(); ++row)
         take_fields(row, rows);
     for (std::size_t row = first; row < end && mixed_materials_; ++row) {

@@ -31,6 +31,8 @@ class SampleCursor {
     void load(std::uint32_t source);
     void take_point(std::uint32_t source, std::size_t row, SampleRows &rows) const;
     void take_image_colour(std::size_t row, SampleRows &rows) const;
+    void load_relief(std::uint32_t source, const std::array<std::size_t, 3> &corners);
+    void take_relief(std::size_t row, SampleRows &rows) const;
     void take_fields(std::size_t row, SampleRows &rows) const;
     void take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end, SampleRows &rows) const;
 
@@ -45,6 +47,10 @@ class SampleCursor {
     bool has_image_ = false;
     TriangleTexture image_;
     std::array<double, 3> opacities_{}; // of its corners, where they fade the image
+    bool has_relief_ = false;
+    TriangleTexture relief_;
+    std::array<glm::dvec3, 3> tangents_{}; // of its corners
+    double sense_ = 1;                     // of the third direction of the normal map, normal x tangent
 };
 
 } // namespace pbm::build

@@ -54,8 +54,9 @@ class SurfaceSampler {
         return surface_.face_colours.empty() ? FaceColour{} : surface_.face_colours[triangle];
     }
     // Null: the triangle has no image.
-    const TexturePyramid *image_of(std::size_t triangle) const {
-        const std::uint16_t id = surface_.texture_ids.empty() ? Surface::kNoTexture : surface_.texture_ids[triangle];
+    const TexturePyramid *image_of(std::size_t triangle) const { return image_of(surface_.texture_ids, triangle); }
+    const TexturePyramid *image_of(const std::vector<std::uint16_t> &ids, std::size_t triangle) const {
+        const std::uint16_t id = ids.empty() ? Surface::kNoTexture : ids[triangle];
         return id == Surface::kNoTexture ? nullptr : &images_[id];
     }
 

@@ -25,6 +25,8 @@ std::uint64_t turn_normals(Surface &surface, std::span<const std::uint8_t> turn)
     for (std::size_t i = 0; i < agreement.size(); ++i)
         if (agreement[i] > 0) {
             surface.normals[i] = -surface.normals[i];
+            if (!surface.tangents.empty())
+                surface.tangents[i].w = -surface.tangents[i].w;
             ++turned;
         }
     return turned;
