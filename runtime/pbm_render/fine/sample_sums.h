@@ -16,7 +16,7 @@
 namespace pbm {
 
 // Largest second difference, of the square roots of linear light 0..1, between pixels that one sample suffices for.
-inline constexpr float kMaxCurvature = 1 / 12.0F;
+inline constexpr float kMaxCurvature = 1 / 20.0F;
 
 class SampleSums {
   public:
