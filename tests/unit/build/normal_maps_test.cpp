@@ -38,7 +38,7 @@ template <class Normal> Texture normal_map(std::uint32_t size, const Normal &nor
 }
 
 // The square [0, 1]^2 in the plane z = 0, seen from above, whose corners are those of the map.
-Surface square(Texture map) {
+Surface mapped_square(Texture map) {
     Surface surface;
     surface.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
     surface.triangles = {{0, 1, 2}, {0, 2, 3}};
@@ -81,17 +81,17 @@ void expect_normals(const Surface &surface, const glm::dvec3 &expected, const Bu
 TEST(NormalMaps, RedIsAlongTheTangentAndGreenUpwardsInTheImage) {
     const glm::dvec3 leaning(0.3, 0.5, 0.8);
     const Texture map = normal_map(8, [&](auto, auto) { return texel_of(leaning); });
-    expect_normals(square(normal_map(8, [](auto, auto) { return kFlat; })), {0, 0, 1});
-    expect_normals(square(map), leaning);
-    Surface scaled = square(map);
+    expect_normals(mapped_square(normal_map(8, [](auto, auto) { return kFlat; })), {0, 0, 1});
+    expect_normals(mapped_square(map), leaning);
+    Surface scaled = mapped_square(map);
     scaled.textures[0].use.relief = 0.5F;
     expect_normals(scaled, {0.15, 0.25, 0.8});
-    Surface turned = square(map); // the image by a quarter
+    Surface turned = mapped_square(map); // the image by a quarter
     for (TextureCorners &corners : turned.layer(Layer::normals).corners)
         for (glm::vec2 &corner : corners)
             corner = {1 - corner.y, corner.x};
     expect_normals(turned, {-0.5, 0.3, 0.8});
-    Surface mirrored = square(map);
+    Surface mirrored = mapped_square(map);
     for (TextureCorners &corners : mirrored.layer(Layer::normals).corners)
         for (glm::vec2 &corner : corners)
             corner.x = 1 - corner.x;
@@ -99,7 +99,7 @@ TEST(NormalMaps, RedIsAlongTheTangentAndGreenUpwardsInTheImage) {
 }
 
 TEST(NormalMaps, GivenTangentsWin) {
-    Surface surface = square(normal_map(8, [&](auto, auto) { return texel_of({0.3, 0.5, 0.8}); }));
+    Surface surface = mapped_square(normal_map(8, [&](auto, auto) { return texel_of({0.3, 0.5, 0.8}); }));
     surface.tangents.assign(4, glm::vec4(0, 1, 0, 1));
     expect_normals(surface, {-0.5, 0.3, 0.8});
     surface.tangents.assign(4, glm::vec4(0, 1, 0, -1));
@@ -110,7 +110,7 @@ TEST(NormalMaps, GivenTangentsWin) {
 
 // Normals that are turned with their faces leave the two other directions of the map where they are.
 TEST(NormalMaps, FacesThatAreTurnedKeepTheirRelief) {
-    Surface surface = square(normal_map(8, [&](auto, auto) { return texel_of({0.3, 0.5, 0.8}); }));
+    Surface surface = mapped_square(normal_map(8, [&](auto, auto) { return texel_of({0.3, 0.5, 0.8}); }));
     for (const bool has_tangents : {false, true}) {
         Surface turned = surface;
         turned.tangents.assign(has_tangents ? 4 : 0, glm::vec4(1, 0, 0, 1));
@@ -123,12 +123,12 @@ TEST(NormalMaps, NormalsAreMeansOverTheVoxel) {
     const auto map = normal_map(512, [](std::uint32_t x, std::uint32_t y) {
         return texel_of({(x + y) % 2 == 0 ? 0.8 : -0.8, 0, 0.6});
     });
-    expect_normals(square(map), {0, 0, 1});
+    expect_normals(mapped_square(map), {0, 0, 1});
 }
 
 TEST(NormalMaps, ChangeNothingButNormals) {
     std::mt19937 random(5);
-    Surface surface = square(normal_map(64, [&](auto, auto) {
+    Surface surface = mapped_square(normal_map(64, [&](auto, auto) {
         return texel_of({static_cast<double>(random() % 100) - 50, static_cast<double>(random() % 100) - 50, 60});
     }));
     const Model rough = built(surface, at_depth(7));
@@ -144,7 +144,7 @@ TEST(NormalMaps, ChangeNothingButNormals) {
 
 TEST(NormalMaps, TheFileDoesNotDependOnThreadsOrOnTheOrderOfTriangles) {
     std::mt19937 random(3);
-    Surface surface = square(normal_map(64, [&](auto, auto) {
+    Surface surface = mapped_square(normal_map(64, [&](auto, auto) {
         return texel_of({static_cast<double>(random() % 100) - 50, static_cast<double>(random() % 100) - 50, 60});
     }));
     surface.positions[2].z = 0.3; // bent, with computed normals
@@ -160,8 +160,8 @@ TEST(NormalMaps, TheFileDoesNotDependOnThreadsOrOnTheOrderOfTriangles) {
 }
 
 TEST(NormalMaps, SurfacesThatAreMergedKeepTheirs) {
-    Surface left = square(normal_map(4, [](auto, auto) { return texel_of({0.6, 0, 0.8}); }));
-    Surface right = square(normal_map(4, [](auto, auto) { return texel_of({-0.6, 0, 0.8}); })), plain = right;
+    Surface left = mapped_square(normal_map(4, [](auto, auto) { return texel_of({0.6, 0, 0.8}); }));
+    Surface right = mapped_square(normal_map(4, [](auto, auto) { return texel_of({-0.6, 0, 0.8}); })), plain = right;
     plain.layer(Layer::normals) = {};
     plain.textures.clear();
     for (glm::dvec3 &p : right.positions)
@@ -209,7 +209,7 @@ TEST(NormalMaps, TangentsAreMeansWeightedByAngles) {
 }
 
 TEST(NormalMaps, ReliefIsTheChangeWithinSquares) {
-    const auto relief_of = [](const Texture &map) { return measure_relief(square(map), 2).front(); };
+    const auto relief_of = [](const Texture &map) { return measure_relief(mapped_square(map), 2).front(); };
     const Relief flat = relief_of(normal_map(16, [](auto, auto) { return kFlat; }));
     EXPECT_LT(squared_change(flat, 4), 1e-4);
     // The normal turns by 0.02 from texel to texel.
@@ -224,7 +224,7 @@ TEST(NormalMaps, ReliefIsTheChangeWithinSquares) {
 
 TEST(NormalMaps, RoughOnesMakeTheGridFiner) {
     const auto depth_with = [&](double angle) { // from texel to texel
-        Surface surface = square(normal_map(1024, [&](std::uint32_t x, std::uint32_t) {
+        Surface surface = mapped_square(normal_map(1024, [&](std::uint32_t x, std::uint32_t) {
             return texel_of({std::sin(angle * (x % 16 < 8 ? x % 16 : 16 - x % 16)), 0, 1});
         }));
         for (int i = 0; i < 3; ++i) // the bytes of so many triangles keep the grid as coarse as the edges are
@@ -248,7 +248,7 @@ TEST(NormalMaps, RoughOnesMakeTheGridFiner) {
 }
 
 TEST(NormalMaps, AnIdleOptionIsSaid) {
-    Surface plain = square({});
+    Surface plain = mapped_square({});
     plain.layer(Layer::normals) = {};
     plain.textures.clear();
     BuildOptions options = at_depth(6);

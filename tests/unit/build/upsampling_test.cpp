@@ -18,7 +18,7 @@ using namespace pbm::build;
 using namespace pbm::test;
 
 // 128 voxels of edge 1 around the origin.
-constexpr Grid kGrid{.depth = 7, .origin = {-64, -64, -64}, .voxel_size = 1};
+constexpr Grid kCloudGrid{.depth = 7, .origin = {-64, -64, -64}, .voxel_size = 1};
 
 struct Cloud {
     Surface surface;
@@ -31,7 +31,7 @@ struct Cloud {
     }
     std::vector<glm::dvec3> made(int gap, int threads = 2) {
         const std::size_t given = surface.positions.size();
-        const auto voxels = upsample(surface, normals, kGrid, {gap, 1 << 30}, threads);
+        const auto voxels = upsample(surface, normals, kCloudGrid, {gap, 1 << 30}, threads);
         EXPECT_TRUE(voxels.ok());
         EXPECT_EQ(surface.positions.size(), given + voxels->size());
         EXPECT_EQ(normals.normals.size(), given + voxels->size());
@@ -99,13 +99,13 @@ TEST(Upsampling, EachEmptyVoxelGetsOnePointAtMost) {
     Cloud cloud = ball([](const glm::dvec3 &p) { return p.z > 0 && static_cast<int>(p.x + 100) % 4 < 2; });
     cloud.made(6);
     std::set<MortonCode> codes;
-    const std::vector<LatticePoint> lattice = to_lattice(cloud.surface.positions, kGrid, 1);
+    const std::vector<LatticePoint> lattice = to_lattice(cloud.surface.positions, kCloudGrid, 1);
     std::size_t repeated = 0;
     for (const LatticePoint &p : lattice)
         repeated += codes.insert(code_of(voxel_of(p))).second ? 0 : 1;
     const Cloud before = ball([](const glm::dvec3 &p) { return p.z > 0 && static_cast<int>(p.x + 100) % 4 < 2; });
     std::set<MortonCode> given;
-    for (const LatticePoint &p : to_lattice(before.surface.positions, kGrid, 1))
+    for (const LatticePoint &p : to_lattice(before.surface.positions, kCloudGrid, 1))
         given.insert(code_of(voxel_of(p)));
     EXPECT_EQ(repeated, before.surface.positions.size() - given.size());
 }
@@ -185,7 +185,7 @@ TEST(Upsampling, AttributesAreInterpolated) {
 
 TEST(Upsampling, MorePointsThanMemoryAllowsAreRefused) {
     Cloud cloud = square([](const glm::dvec3 &p) { return std::fabs(p.x) < 2; });
-    const auto refused = upsample(cloud.surface, cloud.normals, kGrid, {6, 5000}, 2);
+    const auto refused = upsample(cloud.surface, cloud.normals, kCloudGrid, {6, 5000}, 2);
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().code, ErrorCode::memory);
 }

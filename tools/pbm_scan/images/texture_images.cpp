@@ -1,6 +1,6 @@
 #include "pbm_scan/images/texture_images.h"
 
-#include "pbm_scan/images/normal_maps.h"
+#include "pbm_scan/conventions/normal_maps.h"
 #include "pbm_scan/images/read_image.h"
 #include "pbm_scan/text/printable.h"
 #include "system/files/mapped_file.h"

@@ -10,7 +10,7 @@ namespace pbm::build {
 struct VertexNormals {
     std::vector<ShortNormal> normals; // [positions]; zero: a triangle with such a corner has the normal of its plane
     bool faces_point_inward = false;  // most faces disagree with the given normals, which are then trusted
-    std::vector<TriangleTangents> tangents; // of corner_tangents
+    std::vector<TriangleTangents> tangents{}; // of corner_tangents
 };
 
 // Normalises given normals, which win over everything else. A normal that is missing or of length zero is computed from

@@ -1,4 +1,4 @@
-#include "pbm_scan/images/normal_maps.h"
+#include "pbm_scan/conventions/normal_maps.h"
 
 #include <glm/geometric.hpp>
 
