@@ -318,7 +318,7 @@ enum {
 typedef struct pbm_render_options {
     size_t struct_size;
     int32_t quality;   // pbm_quality
-    int32_t samples;   // per pixel of fine pictures, where it needs several, 1 .. 256; default 8
+    int32_t samples;   // per pixel of fine pictures, 1 .. 256; default 8; where one is enough, one is taken
     int32_t depth_cue; // pbm_depth_cue
     uint32_t flags;
     uint8_t background[4]; // red, green, blue, alpha
@@ -357,9 +357,8 @@ typedef struct pbm_picture {
 
 // Draws a picture; reads what it shows, and keeps that in memory for the next ones. `options` may be null. With other
 // values of `threads`, `max_memory`, the classes or the colours of a field than in the last call it reads everything
-// anew. A fine
-// picture that differs from the last one in nothing but a larger number of samples draws only those that it has more:
-// first 1 sample and then 8 take as long as 8 at once.
+// anew. A fine picture that differs from the last one in nothing but a larger number of samples draws only those that
+// it has more: first 1 sample and then 8 take as long as 8 at once.
 //
 // Of a file whose callback returned PBM_LATER during the call, the picture shows what is there: coarser levels, points
 // without the colours of a field, or the background alone. It is exact if PBM_OK is returned and no callback returned

@@ -292,7 +292,7 @@ class Model:
         camera        None: default_camera(size)
         size          (width, height) in pixels, each 1 .. 32768
         quality       "fast", or "fine": smoother, about ten times as long
-        samples       per pixel of fine pictures that needs several, 1 .. 256; 0: 8
+        samples       per pixel of fine pictures, 1 .. 256; 0: 8; where one is enough, one is taken
         depth_cue     "eye_dome" or "ambient_occlusion": shades by depth what has no colours; "none"; None: eye_dome for
                       clouds of points without faces, colours and normals, else none
         background    (red, green, blue[, alpha]), 0 .. 255; None: dark grey

@@ -109,7 +109,7 @@ export interface RenderOptions {
     height: number;
     /** "fine" blends points into a smooth surface and smooths edges; it takes about ten times as long. Default: "fast". */
     quality?: "fast" | "fine";
-    /** Per pixel of fine pictures, where it needs several, 1 .. 256. Default: 8. A picture that differs from the last one of the model in nothing
+    /** Per pixel of fine pictures, 1 .. 256. Default: 8. Where one is enough, one is taken. A picture that differs from the last one of the model in nothing
      *  but a larger number draws only the samples that it has more. */
     samples?: number;
     /** Pixels: largest edge of a drawn voxel that has children. Larger is coarser and faster. Default: 2, of fine pictures 1.42, and less below 1280x720. */

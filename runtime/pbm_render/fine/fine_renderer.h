@@ -4,17 +4,16 @@
 // Pfister, van Baar, Gross. EWA Splatting. 2002; Botsch, Spernat, Kobbelt. Phong Splatting. 2004; Botsch, Hornung,
 // Zwicker, Kobbelt. High-Quality Surface Splatting on Today's GPUs. 2005
 //
-// Every point moves by its surface offset (SurfaceOffsets). The renderer draws a sample at the centres of all pixels, and
-// then others, each shifted by a fraction of a pixel, of those pixels where the picture changes (SampleSums), strip by
-// strip:
+// Every point moves by its surface offset (SurfaceOffsets). The renderer draws a sample at the centres of all pixels,
+// and then others, each shifted by a fraction of a pixel, of those pixels where the picture changes (SampleSums), strip
+// by strip:
 //
 //   visibility   draws splats into the z-buffer: covered pixels and their depths
 //   blending     draws larger, soft splats: those near the visible surface add normal, colour and lit fractions
 //   shading      computes Phong reflection and mirrored light once per pixel, with the blended normal
 //
-// The result is the mean of the samples in linear light, alpha included; of a pixel with one sample, that sample corrected
-// by the curvature of the light around it.
-// Stability: stable.
+// The result is the mean of the samples in linear light, alpha included; of a pixel with one sample, that sample
+// corrected by the curvature of the light around it. Stability: stable.
 #pragma once
 
 #include "pbm_format/model/model.h"
@@ -50,9 +49,9 @@ class FineRenderer {
     // Takes effect with the next picture.
     void set_appearance(Appearance appearance);
 
-    // Draws a picture of `samples` samples per pixel that needs several, 1 or more, into `target`. FastRenderer::render documents cameras,
-    // bytes of mapped files, threads and SIMD targets. All runs must have offsets. Depths are those of the first
-    // sample, which lies at the centres of the pixels.
+    // Draws a picture of `samples` samples per pixel that needs several, 1 or more, into `target`. FastRenderer::render
+    // documents cameras, bytes of mapped files, threads and SIMD targets. All runs must have offsets. Depths are those
+    // of the first sample, which lies at the centres of the pixels.
     RenderStatistics render(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                             Framebuffer &target, int samples = kDefaultSamples);
 
@@ -68,8 +67,8 @@ class FineRenderer {
     // The chunks of `runs` must stay resident until the last sample. `target` gives size and presence of depths.
     void begin(std::span<const PointRun> runs, const Camera &camera, const RenderOptions &options,
                const Framebuffer &target);
-    // Adds samples; any number may be added, in any number of steps. Once another thread sets `stop` it returns within a
-    // few milliseconds, without whole samples: the picture is then lost, and the next call must be `begin`.
+    // Adds samples; any number may be added, in any number of steps. Once another thread sets `stop` it returns within
+    // a few milliseconds, without whole samples: the picture is then lost, and the next call must be `begin`.
     RenderStatistics add_samples(int count, const std::atomic<bool> *stop = nullptr);
     // Number of samples added since `begin`.
     int samples() const;

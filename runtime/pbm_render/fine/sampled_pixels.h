@@ -112,8 +112,8 @@ struct SampledPixels {
     // Splits the depths of `visible` into those of fronts and backs. Returns whether a sample shows a back.
     bool split_sides();
 
-    // Calls visit(x, y, pixel) for the chosen pixels of columns left .. right - 1 of rows box_top .. box_bottom - 1, of which
-    // there is at least one.
+    // Calls visit(x, y, pixel) for the chosen pixels of columns left .. right - 1 of rows box_top .. box_bottom - 1, of
+    // which there is at least one.
     template <class Visit>
     [[gnu::always_inline]] void for_each_in_box(int left, int right, int box_top, int box_bottom, Visit &&visit) const {
         const auto first_word = static_cast<std::size_t>(left / PixelBits::kBits),

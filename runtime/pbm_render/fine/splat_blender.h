@@ -40,8 +40,8 @@ std::uint64_t draw_fronts(const FrameGeometry &frame, const RunGeometry &run, st
 std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                         std::uint32_t first_id, const DepthStrip &strip, FarthestDepths &farthest, StripPoints &backs);
 
-// Appends the points of the bricks in `seen` whose soft splats may reach chosen pixels of the strip, whose depths are not
-// used.
+// Appends the points of the bricks in `seen` whose soft splats may reach chosen pixels of the strip, whose depths are
+// not used.
 void find_points(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
                  std::uint32_t first_id, const DepthStrip &strip, const NearPixels &chosen, StripPoints &fronts,
                  StripPoints &backs);

@@ -48,9 +48,10 @@ inline constexpr float kSteepest = 3;
 inline constexpr float kPlacedThickness = 0.6F, kPlacedSteepest = 2, kPlacedShrink = 0.3F, kPlacedMin = 0.3F;
 // Replaces kOutlineInset for placed splats.
 inline constexpr float kPlacedOutlineInset = 0.2F;
-// Added to it in fine pictures, whose outlines then lie where those of the surface lie on average. Fast pictures show
-// one splat per pixel, and need wider ones to close corners.
-inline constexpr float kFineInset = 0.1F;
+// Added to it in fine pictures, whose outlines then lie nearer to those of the surface. With 0.1 smooth outlines lie
+// where the surface has them on average, but relief that is finer than a voxel gets holes. Fast pictures show one splat
+// per pixel, and need wider ones to close corners.
+inline constexpr float kFineInset = 0.07F;
 // Replace kOutlineInset and kPlacedOutlineInset for splats that are drawn as blocks of pixels: blocks are larger than
 // the ellipses that they replace.
 inline constexpr float kBlockOutlineInset = 0.6F, kPlacedBlockOutlineInset = 0.5F;
