@@ -13,7 +13,9 @@
 //   shading      computes Phong reflection and mirrored light once per pixel, with the blended normal
 //
 // The result is the mean of the samples in linear light, alpha included; of a pixel with one sample, that sample
-// corrected by the curvature of the light around it. Stability: stable.
+// corrected by the curvature of the light around it.
+//
+// Stability: stable.
 #pragma once
 
 #include "pbm_format/model/model.h"
