@@ -22,6 +22,7 @@ constexpr int kReach = 2; // pixels
 std::vector<std::uint32_t> first_at_position(const std::vector<glm::dvec3> &positions) {
     std::map<std::tuple<double, double, double>, std::uint32_t> first;
     std::vector<std::uint32_t> vertices;
+    vertices.reserve(positions.size());
     for (const glm::dvec3 &p : positions)
         vertices.push_back(
             first.try_emplace({p.x, p.y, p.z}, static_cast<std::uint32_t>(vertices.size())).first->second);
