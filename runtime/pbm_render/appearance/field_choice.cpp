@@ -114,9 +114,11 @@ Result<Bytes> height_sample(Reader &reader, std::size_t axis) {
     return heights;
 }
 
-// A few hundred points.
+// Has a few hundred points; 0: nobody asks.
 int one_colour_level(const Reader &reader) {
-    return reader.parameters().attributes.colour == ColourFormat::none ? 0 : std::min(3, sample_level(reader));
+    const ModelParameters &parameters = reader.parameters();
+    const bool may_be_softened = parameters.attributes.colour != ColourFormat::none && parameters.lights.empty();
+    return may_be_softened ? std::min(3, sample_level(reader)) : 0;
 }
 
 // The ranges of the levels up to `finest`; `with_fields`: and those of their fields.

@@ -35,7 +35,7 @@ Result<FieldColours> choose_field_colours(Reader &reader, const std::string &nam
 std::vector<FileRange> colour_sample_ranges(const Reader &reader, const std::string &name);
 
 // Whether all points have the same colour, which is then one of paint or of a default rather than of photographs; false
-// for points without colours. Reads the first three levels.
+// for points without colours and for models with lights, which light all colours alike. Reads the first three levels.
 //
 // errors  those of the reader: the file is damaged
 Result<bool> has_one_colour(Reader &reader);

@@ -50,7 +50,7 @@ std::string check_language(const std::string &code) {
     return is_code ? "" : "'" + code + "' is no code of a language; write en, de or de-CH";
 }
 
-void add_camera_file(command_line::CommandLine &line, Arguments &arguments) {
+void add_camera_file(command_line::CommandLine &line, RenderArguments &arguments) {
     line.add("--camera-file",
              "Camera of a glTF file, and its animation: -o name_%04d.exr draws every frame (.png, .jpg)",
              &arguments.camera_file,
@@ -64,7 +64,7 @@ void add_camera_file(command_line::CommandLine &line, Arguments &arguments) {
 }
 
 // The frames that are asked for; `path` and `given` are known.
-Result<Sequence> sequence_of(const Arguments &arguments) {
+Result<Sequence> sequence_of(const RenderArguments &arguments) {
     const auto names = parse_frame_names(arguments.output);
     if (!names)
         return names.error();
@@ -87,7 +87,7 @@ Result<Sequence> sequence_of(const Arguments &arguments) {
 }
 
 // Reads the camera file. Returns the exit code on failure.
-std::optional<int> take_camera_file(Arguments &arguments) {
+std::optional<int> take_camera_file(RenderArguments &arguments) {
     const bool is_sequence = !arguments.camera_file.empty() && names_frames(arguments.output);
     if (!is_sequence && (arguments.resume || arguments.choice.part))
         return fail_usage("--resume and parts of --frames are of a sequence: --camera-file, and a name like "
@@ -115,7 +115,7 @@ std::optional<int> take_camera_file(Arguments &arguments) {
 
 } // namespace
 
-std::optional<int> parse(int argc, char **argv, Arguments &arguments) {
+std::optional<int> parse(int argc, char **argv, RenderArguments &arguments) {
     command_line::CommandLine line{std::string(kProgram),
                                    "Draws a binary voxel grid (.pbvg) into a picture or a video.\n"
                                    "A scan is drawn as the model that pbm-build makes of it."};

@@ -19,7 +19,7 @@ namespace pbm {
 
 inline constexpr std::string_view kProgram = "pbm-render";
 
-struct Arguments {
+struct RenderArguments {
     std::string input, output, depth_output;
     std::string page; // folder
     std::string page_language = "en", page_url;
@@ -66,6 +66,6 @@ struct Arguments {
 int fail_usage(const std::string &message);
 
 // Fills `arguments`, or returns the exit code if the program is done.
-std::optional<int> parse(int argc, char **argv, Arguments &arguments);
+std::optional<int> parse(int argc, char **argv, RenderArguments &arguments);
 
 } // namespace pbm

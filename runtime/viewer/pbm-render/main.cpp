@@ -76,7 +76,7 @@ Status write_picture(const std::string &name, const Result<Bytes> &file) {
 }
 
 // Draws and writes a picture for programs that compose pictures. Returns the exit code on failure.
-std::optional<int> make_layers(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera,
+std::optional<int> make_layers(const RenderArguments &arguments, ModelDrawer &drawer, const Camera &camera,
                                RunStatistics &statistics) {
     const Stopwatch drawing;
     const PictureLayers layers =
@@ -93,7 +93,7 @@ std::optional<int> make_layers(const Arguments &arguments, ModelDrawer &drawer, 
 }
 
 // The picture for screens that are turned.
-Result<Framebuffer> draw_turned(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera) {
+Result<Framebuffer> draw_turned(const RenderArguments &arguments, ModelDrawer &drawer, const Camera &camera) {
     const ViewOptions &view = arguments.view;
     const Screen &phone = kScreens[0];
     const glm::ivec2 from = view.resolution;
@@ -112,7 +112,7 @@ Result<Framebuffer> draw_turned(const Arguments &arguments, ModelDrawer &drawer,
 }
 
 // Bytes of the model that a visitor with this screen loads.
-Result<std::uint64_t> visit_cost(const Arguments &arguments, const std::string &model, const Screen &screen) {
+Result<std::uint64_t> visit_cost(const RenderArguments &arguments, const std::string &model, const Screen &screen) {
     ViewOptions view = arguments.view;
     view.resolution = {screen.width, screen.height};
     const auto drawer = ModelDrawer::open(model, view);
@@ -127,7 +127,7 @@ Result<std::uint64_t> visit_cost(const Arguments &arguments, const std::string &
 }
 
 // Writes the page whose poster is `picture`. Returns the exit code on failure.
-std::optional<int> make_page(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera,
+std::optional<int> make_page(const RenderArguments &arguments, ModelDrawer &drawer, const Camera &camera,
                              const Framebuffer &picture, RunStatistics &statistics) {
     const auto turned = draw_turned(arguments, drawer, camera);
     if (!turned)
@@ -158,8 +158,8 @@ std::optional<int> make_page(const Arguments &arguments, ModelDrawer &drawer, co
 }
 
 // Draws the picture with `threads` threads and writes its outputs. Returns the exit code on failure.
-std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer, const Camera &camera, int threads,
-                                RunStatistics &statistics) {
+std::optional<int> make_picture(const RenderArguments &arguments, ModelDrawer &drawer, const Camera &camera,
+                                int threads, RunStatistics &statistics) {
     const ViewOptions &view = arguments.view;
     const bool with_depths = drawer.needs_depths() || !arguments.depth_output.empty();
     Framebuffer picture(view.resolution.x, view.resolution.y, with_depths);
@@ -211,7 +211,7 @@ std::optional<int> make_picture(const Arguments &arguments, ModelDrawer &drawer,
 }
 
 // Records the video. Returns the exit code on failure.
-std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, VideoSink sink,
+std::optional<int> make_video(const RenderArguments &arguments, ModelDrawer &drawer, VideoSink sink,
                               RunStatistics &statistics) {
     const VideoOptions &video = arguments.video();
     const ViewOptions &view = arguments.view;
@@ -256,7 +256,7 @@ std::optional<int> make_video(const Arguments &arguments, ModelDrawer &drawer, V
 }
 
 // Draws the frames of the camera file. Returns the exit code on failure.
-std::optional<int> make_sequence(const Arguments &arguments, ModelDrawer &drawer, RunStatistics &statistics) {
+std::optional<int> make_sequence(const RenderArguments &arguments, ModelDrawer &drawer, RunStatistics &statistics) {
     std::ostream *const stream = command_line::report_stream(arguments.outputs());
     const bool is_verbose = arguments.view.verbosity == command_line::Verbosity::verbose;
     command_line::ProgressDisplay progress(arguments.view.verbosity);
@@ -271,7 +271,7 @@ std::optional<int> make_sequence(const Arguments &arguments, ModelDrawer &drawer
 }
 
 // Builds the model of a scan, with progress on standard error.
-Result<PreparedModel> prepare(const Arguments &arguments) {
+Result<PreparedModel> prepare(const RenderArguments &arguments) {
     command_line::ProgressDisplay display(arguments.view.verbosity);
     ScanOptions scans = arguments.scans;
     scans.fields = fields_to_keep(arguments.view.look);
@@ -281,7 +281,7 @@ Result<PreparedModel> prepare(const Arguments &arguments) {
                           .progress = [&](std::string_view step, double done) { display.show(step, done); }});
 }
 
-int run(Arguments arguments, std::span<std::byte> heap) {
+int run(RenderArguments arguments, std::span<std::byte> heap) {
     if (const auto refused = command_line::refuse_outputs(kProgram, {{arguments.input}}, arguments.outputs()))
         return *refused;
     const ViewOptions &view = arguments.view;
@@ -362,7 +362,7 @@ int run(Arguments arguments, std::span<std::byte> heap) {
 
 int main(int argc, char **argv) {
     return command_line::run_program(kProgram, [&] {
-        Arguments arguments;
+        RenderArguments arguments;
         const std::optional<int> done = parse(argc, argv, arguments);
         if (done)
             return *done;

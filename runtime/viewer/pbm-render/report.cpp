@@ -36,7 +36,7 @@ std::string quality_text(const LookOptions &look) {
     return look.quality == Quality::fine ? "fine, " + std::to_string(look.samples) + " samples, " : "";
 }
 
-std::string video_text(const Arguments &arguments, const VideoStatistics &cost) {
+std::string video_text(const RenderArguments &arguments, const VideoStatistics &cost) {
     const VideoOptions &video = arguments.video();
     const glm::ivec2 size = arguments.view.resolution, stored = stored_size(video.output, size);
     std::ostringstream text;
@@ -48,7 +48,7 @@ std::string video_text(const Arguments &arguments, const VideoStatistics &cost) 
     return text.str();
 }
 
-std::string sequence_text(const Arguments &arguments, const SequenceStatistics &cost) {
+std::string sequence_text(const RenderArguments &arguments, const SequenceStatistics &cost) {
     const Sequence &sequence = *arguments.sequence;
     const glm::ivec2 size = arguments.view.resolution;
     std::ostringstream text;
@@ -81,7 +81,7 @@ std::string page_text(const std::string &folder, const WebPageSizes &sizes) {
 
 } // namespace
 
-std::string to_json(const Arguments &arguments, const RunStatistics &s) {
+std::string to_json(const RenderArguments &arguments, const RunStatistics &s) {
     nlohmann::ordered_json json{{"width", arguments.view.resolution.x},
                                 {"height", arguments.view.resolution.y},
                                 {"renderer", arguments.view.renderer == Renderer::fast ? "fast" : "reference"},
@@ -130,7 +130,7 @@ std::string to_json(const Arguments &arguments, const RunStatistics &s) {
     return json.dump(2) + "\n";
 }
 
-std::string report(const Arguments &arguments, const Camera &camera, const RunStatistics &s) {
+std::string report(const RenderArguments &arguments, const Camera &camera, const RunStatistics &s) {
     const glm::ivec2 size = arguments.view.resolution;
     const auto shown_name = [](const std::string &name) {
         return command_line::printable(command_line::output_name(name));

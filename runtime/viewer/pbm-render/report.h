@@ -37,8 +37,8 @@ struct RunStatistics {
 };
 
 // The lines for people; `camera` is that of the first picture.
-std::string report(const Arguments &arguments, const Camera &camera, const RunStatistics &statistics);
+std::string report(const RenderArguments &arguments, const Camera &camera, const RunStatistics &statistics);
 // For programs: report.schema.json
-std::string to_json(const Arguments &arguments, const RunStatistics &statistics);
+std::string to_json(const RenderArguments &arguments, const RunStatistics &statistics);
 
 } // namespace pbm
