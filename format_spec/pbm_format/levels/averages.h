@@ -4,6 +4,7 @@
 #pragma once
 
 #include "pbm_format/model/model.h"
+#include "pbm_format/model/normal.h"
 
 namespace pbm {
 
@@ -17,6 +18,16 @@ struct CommonSums {
     std::uint8_t child_radius = 0; // largest among the children
     bool two_sided = false;        // any child is
 };
+
+// Adds the normal of a point; the caller counts its vote.
+inline void add_normal(const IntegerNormal &n, CommonSums &to) {
+    for (std::size_t c = 0; c < 3; ++c)
+        to.normal[c] += n[c];
+    const std::array<std::int32_t, 6> products{n[0] * n[0], n[0] * n[1], n[0] * n[2],
+                                               n[1] * n[1], n[1] * n[2], n[2] * n[2]};
+    for (std::size_t c = 0; c < 6; ++c)
+        to.moment[c] += products[c];
+}
 
 // The normal of a wall's plane, whose normals cancel: the column of the moment with the largest diagonal. BVG.md 7.3
 std::array<std::int64_t, 3> plane_normal(const CommonSums &sums);

@@ -126,13 +126,7 @@ template <class Sums> class Averager {
     // Adds a point's values; the caller counts its vote.
     void add_point(std::size_t point, Sums &to) const {
         const std::uint16_t stored = finest_.normals[point];
-        const IntegerNormal &n = normals_[stored & kNormalIndexMask];
-        for (std::size_t c = 0; c < 3; ++c)
-            to.normal[c] += n[c];
-        const std::array<std::int32_t, 6> products{n[0] * n[0], n[0] * n[1], n[0] * n[2],
-                                                   n[1] * n[1], n[1] * n[2], n[2] * n[2]};
-        for (std::size_t c = 0; c < 6; ++c)
-            to.moment[c] += products[c];
+        add_normal(normals_[stored & kNormalIndexMask], to);
         to.two_sided |= (stored & kTwoSidedBit) != 0;
         to.child_radius = std::max(to.child_radius, finest_.radii[point]);
         if (set_.colour != ColourFormat::none) {

@@ -120,14 +120,8 @@ class SideGatherer {
     }
 
     void add(const PointAttributes &points, std::size_t i, PointSums &to) const {
-        const IntegerNormal &n = integer_normal_table()[points.normals[i] & kNormalIndexMask];
         ++to.votes;
-        for (std::size_t c = 0; c < 3; ++c)
-            to.normal[c] += n[c];
-        const std::array<std::int32_t, 6> products{n[0] * n[0], n[0] * n[1], n[0] * n[2],
-                                                   n[1] * n[1], n[1] * n[2], n[2] * n[2]};
-        for (std::size_t c = 0; c < 6; ++c)
-            to.moment[c] += products[c];
+        add_normal(integer_normal_table()[points.normals[i] & kNormalIndexMask], to);
         if (set_.colour != ColourFormat::none) {
             const Rgb8 colour = point_colour(points.colours, i, set_.colour);
             for (std::size_t c = 0; c < 3; ++c)
