@@ -162,6 +162,21 @@ TEST(Fields, IntensitiesAreKeptUnasked) {
     }
 }
 
+TEST(Fields, OfPlyCloudsAreKeptUnaskedAndOfMeshesAreNot) {
+    const std::string vertices = "0 0 0 1\n1 0 0 2\n0 1 0 5\n";
+    const std::string header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                               "property float z\nproperty float scalar_Intensity\n";
+    const std::string faces = "element face 1\nproperty list uchar int vertex_indices\n";
+    const ReadOptions options{.usual_fields = {"classification", "intensity"}};
+    const Result<Surface> cloud = read(header + "end_header\n" + vertices, "scan.ply", options);
+    ASSERT_TRUE(cloud) << cloud.error().message;
+    EXPECT_EQ(values_of(*cloud, 1), (std::vector<double>{1, 2, 5}));
+    const Result<Surface> mesh = read(header + faces + "end_header\n" + vertices + "3 0 1 2\n", "scan.ply", options);
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_TRUE(mesh->field_values[1].empty());
+    EXPECT_EQ(report(*mesh, "vertex.scalar_Intensity").fate, Fate::dropped);
+}
+
 TEST(Fields, OfE57) {
     const std::vector<double> x{0, 1, 2}, y{0, 0, 1}, z{0, 1, 0};
     const E57ScanText scan{{e57_floats("cartesianX", x), e57_floats("cartesianY", y), e57_floats("cartesianZ", z),

@@ -309,7 +309,15 @@ std::size_t trailing_bytes(std::span<const std::uint8_t> bytes, const PlyHeader 
     return word == bytes.size() || header.encoding == PlyEncoding::ascii ? bytes.size() - word : bytes.size() - at;
 }
 
-// The numbers of vertices that are fields; they get that role.
+// Whether faces, strips or a range grid connect the vertices. Without them the file is a cloud of points.
+bool has_surface(const PlyHeader &header) {
+    return std::any_of(header.elements.begin(), header.elements.end(), [](const PlyElement &element) {
+        return element.count != 0 && (element.kind == PlyKind::face || element.kind == PlyKind::tristrips ||
+                                      element.kind == PlyKind::range_grid);
+    });
+}
+
+// The numbers of vertices that are fields; they get that role. Clouds keep the usual ones as other laser scans do.
 std::vector<FieldColumn> keep_fields(PlyHeader &header, PlyRoles &roles, const ReadOptions &options, Surface &surface) {
     const std::vector<PlyProperty *> numbers = free_numbers(header);
     std::vector<std::string> names;
@@ -321,7 +329,9 @@ std::vector<FieldColumn> keep_fields(PlyHeader &header, PlyRoles &roles, const R
     offers.reserve(names.size());
     for (const std::string &name : names)
         offers.push_back({name});
-    const std::vector<FieldColumn> columns = field_columns(surface, options, offers);
+    const std::vector<FieldColumn> columns = has_surface(header)
+                                                 ? field_columns(surface, options, offers)
+                                                 : field_columns(surface, options, offers, options.usual_fields);
     std::vector<FieldColumn> kept;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
         numbers[i]->name = names[i];
