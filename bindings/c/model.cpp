@@ -33,6 +33,7 @@ std::uint32_t attributes_of(const Reader &reader) {
     add(reader.section(SectionType::panorama) != nullptr, PBM_HAS_PANORAMA);
     add(parameters.closed, PBM_IS_CLOSED);
     add(std::any_of(parameters.materials.begin(), parameters.materials.end(), is_round), PBM_HAS_ROUND_POINTS);
+    add(SideReader(reader).has(reader.depth()), PBM_HAS_SIDES);
     return bits;
 }
 
@@ -234,6 +235,18 @@ void list_chunks(const Reader &reader, int level, std::vector<FileRange> &ranges
 }
 
 } // namespace
+
+Status check_level(const OpenModel &model, int level) {
+    if (level >= 0 && level <= model.reader.depth())
+        return {};
+    return usage("level " + std::to_string(level) + " is not there: the model has levels 0 .. " +
+                 std::to_string(model.reader.depth()));
+}
+
+Error no_room(std::uint64_t capacity, std::uint64_t points) {
+    return usage("the arrays have room for " + std::to_string(capacity) + " points, the level has " +
+                 std::to_string(points));
+}
 
 Status fetch_levels(OpenModel &model, int level) {
     if (level == 0)

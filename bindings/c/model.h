@@ -89,6 +89,11 @@ struct OpenModel {
 
 Handles<pbm_model, OpenModel> &models();
 
+// Error of a level that the model does not have.
+Status check_level(const OpenModel &model, int level);
+// Error of arrays of the caller that are too small.
+Error no_room(std::uint64_t capacity, std::uint64_t points);
+
 // Fetches what load_points needs of levels 1 .. `level`, and drops their stored chunks again. Throws Pending.
 Status fetch_levels(OpenModel &model, int level);
 void drop_levels(const OpenModel &model, int level);

@@ -49,7 +49,7 @@
 // Contents
 //   opening     pbm_open_file, pbm_open_private, pbm_open_memory, pbm_open_ranges; pbm_close
 //   asking      pbm_get_info, pbm_get_field
-//   points      pbm_count_points, pbm_read_points
+//   points      pbm_count_points, pbm_read_points; pbm_count_sides, pbm_read_sides
 //   pictures    pbm_default_camera, pbm_render
 //   validating  pbm_validate_file, pbm_validate_memory
 //   building    pbm_new_builder, pbm_set_option, pbm_set_progress, pbm_add_file, pbm_add_arrays, pbm_build,
@@ -173,7 +173,8 @@ enum {
     PBM_HAS_GROUND = 16,
     PBM_HAS_PANORAMA = 32,
     PBM_IS_CLOSED = 64, // its surface bounds volumes, and normals point out of them: from outside no back is visible
-    PBM_HAS_ROUND_POINTS = 128 // some points lie on no surface: pbm_points.round
+    PBM_HAS_ROUND_POINTS = 128, // some points lie on no surface: pbm_points.round
+    PBM_HAS_SIDES = 256         // some points stand for both sides of a thin wall: pbm_read_sides
 };
 
 typedef struct pbm_info {
@@ -240,6 +241,21 @@ typedef struct pbm_points {
 //         PBM_INVALID  the file is damaged
 PBM_API pbm_code pbm_read_points(pbm_model *model, int32_t level, const pbm_points *points, uint64_t *written,
                                  pbm_error *error);
+
+// Points of a level that stand for both sides of a thin wall (BVG.md 19). pbm_read_points gives the means of the two
+// sides, as the file has them for readers that know no sides. Arrays may be null.
+typedef struct pbm_sides {
+    size_t struct_size;
+    uint64_t capacity;  // points that every array has room for
+    uint64_t *points;   // [capacity] index in the arrays of pbm_read_points, ascending
+    float *normals;     // [capacity][2][3] unit length
+    uint8_t *colours;   // [capacity][2][3] sRGB; of their material, where the model has no colours
+    uint8_t *materials; // [capacity][2] index
+} pbm_sides;
+// The number of such points: decodes them. `level`: 0 .. depth.
+PBM_API pbm_code pbm_count_sides(pbm_model *model, int32_t level, uint64_t *points, pbm_error *error);
+PBM_API pbm_code pbm_read_sides(pbm_model *model, int32_t level, const pbm_sides *sides, uint64_t *written,
+                                pbm_error *error);
 
 // Bits of pbm_camera.clip.
 enum { PBM_CLIP_PLANE = 1, PBM_CLIP_BOX = 2 };

@@ -68,6 +68,24 @@ bool read_level(pbm_model *model, int level) {
     return pbm_read_points(model, level, &to, nullptr, nullptr) == PBM_OK;
 }
 
+// The same of the sides of a level.
+bool read_sides(pbm_model *model, int level) {
+    std::uint64_t count = 0;
+    if (pbm_count_sides(model, level, &count, nullptr) != PBM_OK || count > kMaxPoints)
+        return false;
+    const auto n = static_cast<std::size_t>(count);
+    std::vector<std::uint64_t> points(n);
+    std::vector<float> normals(6 * n);
+    std::vector<std::uint8_t> colours(6 * n), materials(2 * n);
+    pbm_sides to = PBM_NEW(pbm_sides);
+    to.capacity = count;
+    to.points = points.data();
+    to.normals = normals.data();
+    to.colours = colours.data();
+    to.materials = materials.data();
+    return pbm_read_sides(model, level, &to, nullptr, nullptr) == PBM_OK;
+}
+
 bool draw(pbm_model *model, Pixels &to) {
     pbm_camera camera = PBM_NEW(pbm_camera);
     pbm_render_options options = PBM_NEW(pbm_render_options);
@@ -92,7 +110,7 @@ bool use(pbm_model *model, Pixels &to) {
         good = pbm_get_field(model, f, &field, nullptr) == PBM_OK;
     good = draw(model, to) && good;
     for (const int level : {0, 2, good ? info.depth : 1})
-        good = read_level(model, level) && good;
+        good = read_level(model, level) && read_sides(model, level) && good;
     return good;
 }
 

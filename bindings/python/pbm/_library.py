@@ -46,6 +46,11 @@ class Points(Sized):
                 ("field_count", c_int32), ("threads", c_int32), ("round", c_void_p)]
 
 
+class Sides(Sized):
+    _fields_ = [("struct_size", c_size_t), ("capacity", c_uint64), ("points", c_void_p), ("normals", c_void_p),
+                ("colours", c_void_p), ("materials", c_void_p)]
+
+
 class Camera(Sized):
     _fields_ = [("struct_size", c_size_t), ("position", c_double * 3), ("focal_point", c_double * 3),
                 ("up", c_double * 3), ("view_angle", c_double), ("orthographic", c_int32), ("clip", c_uint32),
@@ -103,6 +108,8 @@ _ARGUMENTS: dict[str, list[object]] = {
     "pbm_get_field": [c_void_p, c_int32, POINTER(Field), _error],
     "pbm_count_points": [c_void_p, c_int32, POINTER(c_uint64), _error],
     "pbm_read_points": [c_void_p, c_int32, POINTER(Points), POINTER(c_uint64), _error],
+    "pbm_count_sides": [c_void_p, c_int32, POINTER(c_uint64), _error],
+    "pbm_read_sides": [c_void_p, c_int32, POINTER(Sides), POINTER(c_uint64), _error],
     "pbm_default_camera": [c_void_p, c_int32, c_int32, POINTER(Camera), _error],
     "pbm_render": [c_void_p, POINTER(Camera), POINTER(RenderOptions), POINTER(Picture), _error],
     "pbm_validate_file": [c_char_p, POINTER(Validation), _error],

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     Buffer = Union[bytes, bytearray, memoryview, mmap.mmap, Array]  # collections.abc.Buffer came with Python 3.12
 
 _ATTRIBUTES = {"colours": 1, "materials": 2, "texture": 4, "shadows": 8, "ground": 16, "panorama": 32, "closed": 64,
-               "round_points": 128}
+               "round_points": 128, "sides": 256}
 _QUALITIES = {"fast": 0, "fine": 1}
 _DEPTH_CUES = {None: 0, "eye_dome": 1, "ambient_occlusion": 2, "none": 3}
 _LIGHT_FOLLOWS = {None: 0, "eye": 1, "model": 2}
@@ -68,7 +68,8 @@ class Info:
     content_id         128 bits, hexadecimal: models with the same one hold the same points and scene
     attributes         frozenset of "colours", "materials", "texture", "shadows", "ground", "panorama";
                        "closed": the surface bounds volumes, so that from outside no back of a point is visible;
-                       "round_points": some points lie on no surface
+                       "round_points": some points lie on no surface;
+                       "sides": some points stand for both sides of a thin wall, Model.sides
     materials, lights  their numbers
     fields             tuple of Field
     """
@@ -272,6 +273,30 @@ class Model:
         raw.fields = ctypes.cast(pointers, ctypes.POINTER(c_void_p))
         raw.field_count = len(fields)
         self._call("pbm_read_points", level, byref(raw), None)
+        return result
+
+    def sides(self, level: int | None = None) -> dict[str, Array]:
+        """The points of a level that stand for both sides of a thin wall, and both of these.
+
+        points      [sides] uint64: index in the arrays of `points`, which have the means of both sides
+        normals     [sides][2][3] float32, unit length
+        colours     [sides][2][3] uint8, sRGB
+        materials   [sides][2] uint8, index; where the model has materials
+
+        level       0 .. info.depth; None: the finest one
+
+        Raises UsageError, InvalidError for a damaged file, LimitError.
+        """
+        level = self._level(level)
+        count = c_uint64()
+        self._call("pbm_count_sides", level, byref(count))
+        shapes: dict[str, tuple[tuple[int, ...], npt.DTypeLike]] = {
+            "points": ((), np.uint64), "normals": ((2, 3), np.float32), "colours": ((2, 3), np.uint8)}
+        if "materials" in self.info.attributes:
+            shapes["materials"] = ((2,), np.uint8)
+        result = {name: np.empty((count.value, *shape), kind) for name, (shape, kind) in shapes.items()}
+        raw = _library.Sides(capacity=count.value, **{name: array.ctypes.data for name, array in result.items()})
+        self._call("pbm_read_sides", level, byref(raw), None)
         return result
 
     def default_camera(self, size: tuple[int, int] = (1280, 720)) -> Camera:

@@ -34,6 +34,7 @@ export const ATTRIBUTES: Readonly<{
     /** The surface bounds volumes, and normals point out of them: from outside no back of a point is visible. */
     CLOSED: 64;
     ROUND_POINTS: 128;
+    SIDES: 256;
 }>;
 
 /** What every function throws, beside what a callback throws. */

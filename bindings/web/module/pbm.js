@@ -17,6 +17,7 @@ export const ATTRIBUTES = Object.freeze({
     PANORAMA: 32,
     CLOSED: 64,
     ROUND_POINTS: 128,
+    SIDES: 256,
 });
 
 const LATER = 7,

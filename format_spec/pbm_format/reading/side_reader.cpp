@@ -86,22 +86,29 @@ Result<std::uint64_t> count_sides(Reader &reader, int level) {
     return count;
 }
 
+Result<Sides> load_sides(Reader &reader, int level) {
+    Sides all;
+    Status status = for_sides(reader, level, [&](const ChunkEntry &chunk, const Sides &sides) {
+        for (const std::uint32_t point : sides.points)
+            all.points.push_back(static_cast<std::uint32_t>(chunk.first_point) + point);
+        for_columns(
+            reader.parameters().attributes,
+            [](const StreamInfo &, std::size_t, auto &column, const auto &more) {
+                column.insert(column.end(), more.begin(), more.end());
+            },
+            all.values, sides.values);
+    });
+    if (!status)
+        return std::move(status).error();
+    return all;
+}
+
 Status load_sides(Reader &reader, Model &model) {
-    const AttributeSet &set = model.parameters.attributes;
     for (std::size_t level = 1; level < model.levels.size(); ++level) {
-        Sides &to = model.levels[level].sides;
-        Status status = for_sides(reader, static_cast<int>(level), [&](const ChunkEntry &chunk, const Sides &sides) {
-            for (const std::uint32_t point : sides.points)
-                to.points.push_back(static_cast<std::uint32_t>(chunk.first_point) + point);
-            for_columns(
-                set,
-                [](const StreamInfo &, std::size_t, auto &column, const auto &more) {
-                    column.insert(column.end(), more.begin(), more.end());
-                },
-                to.values, sides.values);
-        });
-        if (!status)
-            return status;
+        Result<Sides> sides = load_sides(reader, static_cast<int>(level));
+        if (!sides)
+            return std::move(sides).error();
+        model.levels[level].sides = std::move(*sides);
     }
     return {};
 }

@@ -45,7 +45,9 @@ class SideReader {
 // The number of points of a level of 0..depth that have sides: decodes these.
 Result<std::uint64_t> count_sides(Reader &reader, int level);
 
-// Loads the sides of all levels of a model.
+// Loads the sides of a level of 0..depth.
+Result<Sides> load_sides(Reader &reader, int level);
+// The same of all levels of a model.
 Status load_sides(Reader &reader, Model &model);
 
 } // namespace pbm

@@ -77,6 +77,24 @@ class Reading(Case):
             self.assertTrue((points["colours"] == (200, 100, 50)).all())
             self.assertTrue(np.allclose(points["scalar_height"], points["positions"][:, 1] - 20, atol=edge))
 
+    def test_both_sides_of_a_thin_wall(self):
+        corners = np.array([[x, y, z + 0.3 * x] for z in (0.001, 0) for x in (0, 1) for y in (0, 1)], float)
+        colours = np.repeat([[200, 40, 40], [40, 40, 200]], 4, axis=0)
+        pbm.build(corners, [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6]], colours=colours, depth=6,
+                  output=self.folder / "wall.pbvg")
+        with pbm.open(self.folder / "wall.pbvg") as model:
+            self.assertIn("sides", model.info.attributes)
+            sides = model.sides()
+            self.assertEqual(set(sides), {"points", "normals", "colours"})
+            self.assertGreater(len(sides["points"]), 3000)
+            self.assertTrue((np.diff(sides["points"].astype(int)) > 0).all())
+            upper = sides["normals"][..., 2] > 0
+            self.assertTrue((upper.sum(axis=1) == 1).all())
+            self.assertTrue((sides["colours"][upper] == (200, 40, 40)).all())
+            self.assertTrue((sides["colours"][~upper] == (40, 40, 200)).all())
+        with pbm.open(self.path) as model:
+            self.assertEqual([len(array) for array in model.sides(3).values()], [0, 0, 0])
+
     def test_wanted_attributes_types_and_arrays(self):
         with pbm.open(self.path) as model:
             whole = model.points()

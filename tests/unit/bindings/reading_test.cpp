@@ -273,6 +273,100 @@ TEST(CApiPoints, SayWhichLieOnNoSurface) {
     pbm_close(model);
 }
 
+// A slanted square, red above and blue below.
+std::vector<std::uint8_t> thin_wall() {
+    std::vector<double> corners;
+    std::vector<std::uint8_t> colours;
+    for (const double z : {0.001, 0.0})
+        for (const double x : {0.0, 1.0})
+            for (const double y : {0.0, 1.0}) {
+                corners.insert(corners.end(), {x, y, z + 0.3 * x + 0.1 * y});
+                const bool is_above = z > 0;
+                colours.insert(colours.end(), {static_cast<std::uint8_t>(is_above ? 200 : 40), 40,
+                                               static_cast<std::uint8_t>(is_above ? 40 : 200)});
+            }
+    const std::vector<std::uint32_t> faces{0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6};
+    pbm_arrays arrays = PBM_NEW(pbm_arrays);
+    arrays.vertex_count = corners.size() / 3;
+    arrays.positions = corners.data();
+    arrays.colours = colours.data();
+    arrays.face_count = faces.size() / 3;
+    arrays.faces = faces.data();
+    const std::string path = temporary("wall.pbvg");
+    pbm_error error;
+    EXPECT_EQ(build_ball({{"depth", "6"}}, path.c_str(), nullptr, &error, &arrays), PBM_OK) << error.message;
+    std::vector<std::uint8_t> bytes = read_file(path);
+    std::remove(path.c_str());
+    return bytes;
+}
+
+// Both sides of the points of a level.
+struct Sides {
+    std::vector<std::uint64_t> points;
+    std::vector<std::array<float, 3>> normals;        // [2 * points]
+    std::vector<std::array<std::uint8_t, 3>> colours; // [2 * points]
+
+    Sides(pbm_model *model, int level) {
+        pbm_error error;
+        std::uint64_t count = 0, written = 0;
+        EXPECT_EQ(pbm_count_sides(model, level, &count, &error), PBM_OK) << error.message;
+        points.resize(static_cast<std::size_t>(count) + 1); // none of them is without an array
+        normals.resize(2 * points.size());
+        colours.resize(2 * points.size());
+        pbm_sides to = PBM_NEW(pbm_sides);
+        to.capacity = count;
+        to.points = points.data();
+        to.normals = normals.front().data();
+        to.colours = colours.front().data();
+        EXPECT_EQ(pbm_read_sides(model, level, &to, &written, &error), PBM_OK) << error.message;
+        EXPECT_EQ(written, count);
+        points.pop_back();
+    }
+};
+
+TEST(CApiSides, OfAThinWallHaveTheirOwnNormalsAndColours) {
+    const std::vector<std::uint8_t> bytes = thin_wall();
+    pbm_model *model = nullptr;
+    pbm_error error;
+    ASSERT_EQ(pbm_open_memory(bytes.data(), bytes.size(), &model, &error), PBM_OK) << error.message;
+    EXPECT_NE(info_of(model).attributes & PBM_HAS_SIDES, 0U);
+    EXPECT_EQ(info_of(BallModel().get()).attributes & PBM_HAS_SIDES, 0U);
+    for (const int level : {4, 6}) {
+        const Sides sides(model, level);
+        std::uint64_t count = 0;
+        ASSERT_EQ(pbm_count_points(model, level, &count, &error), PBM_OK);
+        EXPECT_GT(sides.points.size(), count / 2);
+        for (std::size_t i = 0; i < sides.points.size(); ++i) {
+            EXPECT_LT(sides.points[i], i + 1 < sides.points.size() ? sides.points[i + 1] : count);
+            for (std::size_t side = 2 * i; side < 2 * i + 2; ++side)
+                EXPECT_EQ(sides.colours[side][sides.normals[side][2] > 0 ? 0 : 2], 200);
+            EXPECT_LT(sides.normals[2 * i][2] * sides.normals[2 * i + 1][2], 0);
+        }
+    }
+    EXPECT_TRUE(Sides(model, 0).points.empty());
+    pbm_close(model);
+}
+
+TEST(CApiSides, RefuseWhatIsNotThere) {
+    const std::vector<std::uint8_t> bytes = thin_wall();
+    pbm_model *model = nullptr;
+    pbm_error error;
+    ASSERT_EQ(pbm_open_memory(bytes.data(), bytes.size(), &model, &error), PBM_OK) << error.message;
+    std::uint64_t count = 0;
+    EXPECT_EQ(pbm_count_sides(model, 7, &count, &error), PBM_USAGE);
+    EXPECT_EQ(pbm_count_sides(model, 6, nullptr, &error), PBM_USAGE);
+    ASSERT_EQ(pbm_count_sides(model, 6, &count, &error), PBM_OK);
+    pbm_sides to = PBM_NEW(pbm_sides);
+    to.capacity = count - 1;
+    EXPECT_EQ(pbm_read_sides(model, 6, &to, nullptr, &error), PBM_USAGE);
+    EXPECT_NE(std::string(error.message).find(std::to_string(count)), std::string::npos) << error.message;
+    to.capacity = count;
+    EXPECT_EQ(pbm_read_sides(model, 6, &to, nullptr, &error), PBM_OK) << error.message;
+    EXPECT_EQ(pbm_read_sides(model, -1, &to, nullptr, &error), PBM_USAGE);
+    EXPECT_EQ(pbm_read_sides(model, 6, nullptr, nullptr, &error), PBM_USAGE);
+    pbm_close(model);
+}
+
 TEST(CApiPoints, RefusesArraysThatAreTooShort) {
     const BallModel ball;
     pbm_error error;
@@ -439,6 +533,26 @@ void expect_pictures_become_finer(const char *colour_by) {
 TEST(CApiRanges, DrawWhatHasArrived) { expect_pictures_become_finer(nullptr); }
 
 TEST(CApiRanges, DrawTheColoursOfAFieldOnceTheyHaveArrived) { expect_pictures_become_finer("height"); }
+
+TEST(CApiRanges, SidesNeedTheirOwnSectionsAndNoPoints) {
+    Server server{.bytes = thin_wall()};
+    pbm_model *model = nullptr;
+    pbm_error error;
+    ASSERT_EQ(pbm_open_ranges(Server::read, &server, server.bytes.size(), &model, &error), PBM_OK) << error.message;
+    server.arrived = server.last;
+    std::uint64_t count = 0;
+    EXPECT_EQ(pbm_count_sides(model, 6, &count, &error), PBM_PENDING);
+    server.arrived = UINT64_MAX;
+    const Sides sides(model, 6);
+    pbm_model *whole = nullptr;
+    ASSERT_EQ(pbm_open_memory(server.bytes.data(), server.bytes.size(), &whole, &error), PBM_OK) << error.message;
+    const Sides expected(whole, 6);
+    EXPECT_EQ(sides.points, expected.points);
+    EXPECT_EQ(sides.normals, expected.normals);
+    EXPECT_EQ(sides.colours, expected.colours);
+    pbm_close(whole);
+    pbm_close(model);
+}
 
 // A call that lacks bytes asks for all ranges that it knows it needs, so that they can be fetched at once.
 TEST(CApiRanges, AsksForAllRangesThatItKnowsOf) {
