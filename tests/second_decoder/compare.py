@@ -1,9 +1,10 @@
 """Holds the library's verdicts against the second decoder's:
 
-    compare.py PBM_VALIDATE --files LARGEST PATH...
+    compare.py PBM_VALIDATE --files LARGEST RAW PATH...
     compare.py PBM_VALIDATE FOLDER COUNT [SEED [FILE.pbvg ...]]
 
-The first form asks both programs about all .pbvg files that are named or lie in the folders named, of at most LARGEST bytes.
+The first form asks both programs about all different .pbvg files that are named or lie in the folders named, of at most
+LARGEST bytes, whose streams have at most RAW bytes.
 
 The second COUNT times changes a byte, a number or a few of them in a valid file (those of format_spec/vectors/valid, or the
 files named), mostly repairs the hashes above the change, and asks about that; those on which they disagree stay in FOLDER.
@@ -12,6 +13,7 @@ They must agree whether a file is valid, and the rule and the offset that the de
 finds. Exit code 0: all agree, 1: some do not, 77: Python packages are missing.
 """
 
+import hashlib
 import json
 import multiprocessing
 import random
@@ -177,9 +179,21 @@ def report(wrong, what):
     print(f"{what}; {len(wrong)} disagreements")
     return 1 if wrong else 0
 
-def compare_files(program, largest, paths):
-    files = [file for path in paths for file in (sorted(path.rglob("*.pbvg")) if path.is_dir() else [path])]
-    files = [file for file in files if file.is_file() and file.stat().st_size <= largest]
+def raw_bytes(data):
+    """What the header says that all streams of a file have, or 0 where the header is cut off: the decoder's work."""
+    return int.from_bytes(data[64:72], "little")
+
+def distinct_files(paths, most_bytes, most_raw):
+    """The files at paths and below that are small enough, the first of those with the same bytes."""
+    found = {}
+    for file in (file for path in paths for file in (sorted(path.rglob("*.pbvg")) if path.is_dir() else [path])):
+        if file.is_file() and file.stat().st_size <= most_bytes:
+            data = file.read_bytes()
+            if raw_bytes(data) <= most_raw:
+                found.setdefault(hashlib.sha256(data).digest(), file)
+    return list(found.values())
+
+def compare_files(program, files):
     with multiprocessing.Pool() as pool:
         batch = list(zip(files, pool.map(verdict_of_file, files, chunksize=8)))
     valid = sum(ours is None for _, ours in batch)
@@ -208,7 +222,7 @@ def compare_mutants(program, folder, count, seed, files):
 
 def main(program, arguments):
     if arguments[0] == "--files":
-        return compare_files(program, int(arguments[1]), [Path(name) for name in arguments[2:]])
+        return compare_files(program, distinct_files([Path(name) for name in arguments[3:]], *map(int, arguments[1:3])))
     folder, count, seed = arguments[0], int(arguments[1]), int(arguments[2]) if len(arguments) > 2 else 1
     files = [Path(name) for name in arguments[3:]] or sorted(VECTORS.glob("*.pbvg"))
     return compare_mutants(program, folder, count, seed, files)

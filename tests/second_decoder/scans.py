@@ -40,7 +40,7 @@ def main(sample, build, validate, folder):
     models = build_all(sample, build, folder)
     invalid = [f"{path}: {verdict}" for path in models if (verdict := compare.decoders_verdict(path.read_bytes()))]
     print("\n".join(invalid), end="\n" if invalid else "")
-    wrong = compare.compare_files(validate, 10 ** 9, models)
+    wrong = compare.compare_files(validate, models)
     small = [path for path in models if path.stat().st_size < 60000]
     return 1 if compare.compare_mutants(validate, folder / "changed", 40, 1, small) or invalid or wrong else 0
 
