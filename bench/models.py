@@ -15,6 +15,7 @@ import subprocess
 import sys
 
 import marble
+import shells
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 
@@ -26,6 +27,7 @@ class Scan:
     depth: int
     marble: bool = False  # no colours of its own: gets marble
     sample: tuple = ()  # options of pbm-sample
+    wall: float = 0  # not 0: the thickness of the shell of shells.py
 
 
 SAMPLE = Scan("ammonite", "", 7, sample=("--vertices", 20000))
@@ -35,6 +37,8 @@ DRAGON = Scan("dragon", "dragon_vrip_res2.ply", 9, marble=True)
 GARGOYLE = Scan("gargo", "gargo.ply", 8)
 LION = Scan("lion", "lion_takanawa_rgb_normals_le.ply", 9)
 FOUR = (BUNNY, DRAGON, GARGOYLE, LION)
+# Walls of 1.3 voxels at depth 8, and of a fourth of one: both sides of a wall are in one voxel there.
+SHELLS = tuple(Scan(f"shell-{wall:g}", "", 8, wall=wall) for wall in (0.01, 0.002))
 # 10 M points and more, where times of decoding settle.
 LARGE = (dataclasses.replace(BUNNY, depth=11), Scan("buddha", "happy_stand15_mesh_le.ply", 11, marble=True))
 
@@ -115,6 +119,9 @@ class Workshop:
 
     def input(self, scan):
         """The PLY that the model is built from."""
+        if scan.wall:
+            return self.made(self.work / f"{scan.name}.ply", [shells.__file__],
+                             lambda out: shells.write_shell(out, scan.wall))
         if not scan.file:
             program = self.bin / "pbm-sample"
             return self.made(self.work / f"{scan.name}-{scan.sample[-1]}.ply", [program],
