@@ -455,11 +455,16 @@ describe("people", () => {
             assert.equal(await page.locator("#credit").isVisible(), true);
             await page.evaluate(() => (viewer.style.cssText = "width: 200px !important; height: 150px !important"));
             assert.equal(await page.locator("#credit").isVisible(), false);
-            await page.getByRole("button", { name: "Name and credit" }).click();
-            assert.equal(await page.locator("#credit").innerText().then((text) => text.trim()), "Statue");
             await page.emulateMedia({ media: "print" });
             assert.equal(await page.locator("#credit").isVisible(), true);
+            const [text, paper] = await page.locator("#credit bdi").evaluate((line) => {
+                const { color, backgroundColor } = getComputedStyle(line);
+                return [color, backgroundColor];
+            });
+            assert.deepEqual([text, paper], ["rgb(0, 0, 0)", "rgb(255, 255, 255)"]);
             await page.emulateMedia({ media: "screen" });
+            await page.getByRole("button", { name: "Name and credit" }).click();
+            assert.equal(await page.locator("#credit").innerText().then((text) => text.trim()), "Statue");
             await page.getByRole("button", { name: "Full screen" }).click();
             await page.waitForFunction(() => document.fullscreenElement === viewer);
             await atRest(page);
