@@ -255,12 +255,15 @@ describe("what prevents a picture is told", () => {
     test("a server that allows other sites nothing is named, and its token is not", async () => {
         const other = await start();
         const body = VIEWER.replace(MODEL, `${other.server.url}/${MODEL}?closed=1&token=secret`);
-        await withPage(body, { wait: false }, async (page) => {
-            await awaitError(page);
-            assert.equal((await errors(page))[0].name, "server.foreign");
-            assert.equal(await notice(page), `${MODEL} is not loaded: its server allows other sites nothing (Access-Control-Allow-Origin).`);
-        });
-        await other.close();
+        try {
+            await withPage(body, { wait: false }, async (page) => {
+                await awaitError(page);
+                assert.equal((await errors(page))[0].name, "server.foreign");
+                assert.equal(await notice(page), `${MODEL} is not loaded: its server allows other sites nothing (Access-Control-Allow-Origin).`);
+            });
+        } finally {
+            await other.close();
+        }
     });
     test("a policy that forbids the connection, the worker or WebAssembly is named", async () => {
         const usual = "default-src 'self' 'unsafe-inline'";
@@ -314,6 +317,9 @@ describe("what prevents a picture is told", () => {
                     samples.push({ part, time: performance.now() });
                     await page.waitForTimeout(200);
                 }
+                // A white edge is seen on dark pages.
+                const edge = await page.locator("#bar").evaluate((bar) => getComputedStyle(bar).borderBottom);
+                assert.equal(edge, "1px solid rgb(255, 255, 255)");
                 const begin = samples[0].time;
                 const all = samples.at(-1).time - begin;
                 for (const { part, time } of samples)
