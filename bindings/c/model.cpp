@@ -201,7 +201,7 @@ Result<std::span<const Level>> OpenModel::coarse_levels() {
         const int level = std::min(kCoarseLevel, reader.depth());
         if (const Status fetched = fetch_levels(*this, level); !fetched)
             return fetched.error();
-        Result<Model> coarse = load_points(reader, {.max_level = level, .threads = 1});
+        Result<Model> coarse = load_levels(reader, {.max_level = level, .threads = 1});
         if (!coarse)
             return coarse.error();
         coarse_levels_ = std::move(coarse->levels);

@@ -11,6 +11,12 @@
 #include <memory>
 #include <type_traits>
 
+// numbers.cpp has no more of it than libraries need.
+extern "C" [[deprecated("has no effect in pbm.wasm: use std::to_chars")]] int snprintf(char *, size_t, const char *,
+                                                                                       ...);
+// callbacks.js: the text of a number without its end; `digits` as of to_chars, 0 for the shortest.
+extern "C" int pbm_web_print(double number, int digits, char *text);
+
 namespace std {
 
 template <class To, class From> constexpr To bit_cast(const From &from) noexcept {
@@ -23,19 +29,17 @@ template <class Array> unique_ptr<Array> make_unique_for_overwrite(size_t count)
     return unique_ptr<Array>(new remove_extent_t<Array>[count]);
 }
 
+// As "%.*g" prints it.
+inline to_chars_result to_chars(char *first, char *last, double number, chars_format, int digits) {
+    array<char, 40> text{};
+    const auto size = static_cast<ptrdiff_t>(pbm_web_print(number, digits, text.data()));
+    return size <= last - first ? to_chars_result{copy_n(text.data(), size, first), {}}
+                                : to_chars_result{last, errc::value_too_large};
+}
+
 // The shortest text that is read as the same number; fixed if that is no longer than scientific.
 inline to_chars_result to_chars(char *first, char *last, double number) {
-    array<char, 40> scientific{}, fixed{};
-    int precision = 0;
-    do
-        snprintf(scientific.data(), scientific.size(), "%.*e", precision, number);
-    while (strtod(scientific.data(), nullptr) != number && ++precision < 17);
-    const int exponent = atoi(strchr(scientific.data(), 'e') + 1);
-    const int length = snprintf(fixed.data(), fixed.size(), "%.*f", max(0, precision - exponent), number);
-    const char *const text = length <= static_cast<int>(strlen(scientific.data())) ? fixed.data() : scientific.data();
-    const auto size = static_cast<ptrdiff_t>(strlen(text));
-    return size <= last - first ? to_chars_result{copy_n(text, size, first), {}}
-                                : to_chars_result{last, errc::value_too_large};
+    return to_chars(first, last, number, chars_format::general, 0);
 }
 
 } // namespace std

@@ -65,7 +65,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // Writes the positions of all points of a brick and returns their number. `node_map` marks the brick's nodes, `masks`
 // starts with their child masks; a node whose mask is missing has no points.
-HWY_INLINE std::size_t list_places(std::uint64_t node_map, ByteView masks, BrickPlaces &to) {
+inline HWY_NOINLINE std::size_t list_places(std::uint64_t node_map, ByteView masks, BrickPlaces &to) {
     const std::uint8_t *mask = masks.data();
     const std::uint8_t *const end = mask + masks.size();
     std::size_t count = 0;

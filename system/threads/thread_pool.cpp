@@ -8,6 +8,12 @@
 
 namespace pbm {
 
+#if defined(__EMSCRIPTEN__) && !defined(__EMSCRIPTEN_PTHREADS__)
+constexpr bool kHasThreads = false; // leaves out code that pages would download
+#else
+constexpr bool kHasThreads = true;
+#endif
+
 // One call of `run`.
 struct ThreadPool::Loop {
     bool open() const { return next < count; }
@@ -24,7 +30,7 @@ ThreadPool::ThreadPool(int threads) {
     assert(threads >= 1);
     workers_.reserve(static_cast<std::size_t>(threads) - 1);
     try {
-        for (std::size_t thread = 1; thread < static_cast<std::size_t>(threads); ++thread)
+        for (std::size_t thread = 1; kHasThreads && thread < static_cast<std::size_t>(threads); ++thread)
             workers_.emplace_back([this, thread] { serve(thread); });
     } catch (...) { // no more threads, or no memory for them; emscripten 3.1.6 knows no std::system_error by its bases
     }

@@ -79,6 +79,8 @@ page = Page(folder / "index.html")
 shown = page.elements["pbm-viewer"]
 check(page.texts == {"title": name, "h1": name} and shown["alt"] == name, f"the page is called {page.texts}")
 check(target(shown["src"]) == "a #1%.pbvg", f"it shows {shown}")
+check("controls" in shown and (shown.get("interaction-prompt"), shown.get("touch-action")) == ("auto", "none"),
+      f"it says nobody how to turn the model, or turns and scrolls at once: {shown}")
 posters = [page.elements["img"]["src"], page.elements["source"]["srcset"]]
 check([target(poster) for poster in posters] == ["pbm-viewer/poster.jpg", "pbm-viewer/poster-turned.jpg"], f"posters: {posters}")
 check(page.elements["html"]["lang"] == "en" and "main" in page.elements, "language or main part is missing")

@@ -4,7 +4,7 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
-import { fileName } from "../viewer/addresses.js";
+import { fileName, isMixed } from "../viewer/addresses.js";
 import { FIRST_BYTES, ForwardedAnswer, forwardAnswer } from "../viewer/answers.js";
 import { openBlob, openUrl } from "../viewer/byte_sources.js";
 import { ByteStore } from "../viewer/byte_store.js";
@@ -380,6 +380,19 @@ describe("sources", () => {
             const { failures, waits } = await follow(null, isOver, { open });
             assert.deepEqual([failures[0].name, waits.length], ["address", 0]);
         }
+    });
+    test("an address of http: that a page of https: may not load is named", async () => {
+        globalThis.origin = "https://museum.example";
+        try {
+            const isOver = (source, store, { failures }) => failures.length > 0;
+            const open = (_, ...rest) => openUrl("http://scans.invalid/lion.pbvg?token=secret", ...rest);
+            const { failures } = await follow(null, isOver, { open });
+            assert.equal(failures[0].message, "lion.pbvg is not loaded: a page of https: may not load from http:.");
+        } finally {
+            delete globalThis.origin;
+        }
+        for (const [url, origin] of [["http://localhost/a", "https://a"], ["https://b/a", "https://a"], ["http://b/a", "http://a"]])
+            assert.equal(isMixed(url, origin), false, url);
     });
     test("a Blob is read by slices", async () => {
         const result = await follow(new Blob([FILE]), wantAll, { open: openBlob });

@@ -1,6 +1,7 @@
 #include "pbm_format/container/field_sections.h"
 
 #include "pbm_format/law/catalogue.h"
+#include "system/error.h"
 #include "system/utf8.h"
 
 #include <algorithm>
@@ -73,7 +74,7 @@ Status read_field(ByteView record, std::size_t at, FieldTable &table) {
         !std::isfinite(field.value(field.max_stored())))
         return broken("17.2.3", at + kOffsetAt, "offset or scale of a field is out of range",
                       "finite, scale positive and normal",
-                      std::to_string(field.offset) + ", " + std::to_string(field.scale));
+                      to_string(Value(field.offset)) + ", " + to_string(Value(field.scale)));
     if (root > field.max_stored())
         return broken("17.2.5", at + kRootAt, "the root's value of a field is out of range",
                       "at most " + std::to_string(field.max_stored()), root);

@@ -1,9 +1,9 @@
 #include "pbm_format/hashes/hash.h"
 
 #include "pbm_format/hashes/hash_ways.h"
+#include "system/error.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -46,10 +46,8 @@ std::uint64_t hash64(ByteView bytes) {
 }
 
 std::string hexadecimal(const Hash128 &hash) {
-    std::array<char, 33> digits{};
-    std::snprintf(digits.data(), digits.size(), "%016llx%016llx", static_cast<unsigned long long>(hash[1]),
-                  static_cast<unsigned long long>(hash[0]));
-    return digits.data();
+    const auto digits = [](std::uint64_t half) { return to_string(hash_value(half)).substr(2); }; // without 0x
+    return digits(hash[1]) + digits(hash[0]);
 }
 
 StreamingHash::StreamingHash() : state_(std::make_unique<State>()) { XXH3_128bits_reset(&state_->xxh3); }

@@ -43,10 +43,10 @@ Error broken(Reason reason, std::uint64_t offset, std::string_view text, Value e
     message = reason.rule();
     message += message.empty() ? "" : " ";
     message += text;
-    return {.code = reason.entry().kind,
+    return {.code = reason.code().kind,
             .offset = offset,
             .message = std::move(message),
-            .name = reason.entry().name,
+            .name = reason.code().name,
             .rule = reason.rule(),
             .expected = std::move(expected),
             .actual = std::move(actual)};
@@ -55,7 +55,7 @@ Error broken(Reason reason, std::uint64_t offset, std::string_view text, Value e
 Error broken(Wording wording, Reason reason, std::uint64_t offset, std::string_view text, Value expected,
              Value actual) {
     if (wording == Wording::none)
-        return {.code = reason.entry().kind, .offset = offset, .name = reason.entry().name, .rule = reason.rule()};
+        return {.code = reason.code().kind, .offset = offset, .name = reason.code().name, .rule = reason.rule()};
     return broken(reason, offset, text, std::move(expected), std::move(actual));
 }
 

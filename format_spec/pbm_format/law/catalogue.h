@@ -255,6 +255,18 @@ inline constexpr std::array kCatalogue = std::to_array<CatalogueEntry>({
      "Writer: take the narrowest cone."},
 });
 
+// What errors carry of the entries: a program that lists no codes does not link their texts.
+struct CodeOfErrors {
+    std::string_view name;
+    ErrorCode kind{};
+};
+inline constexpr auto kCodesOfErrors = [] {
+    std::array<CodeOfErrors, kCatalogue.size()> codes{};
+    for (std::size_t i = 0; i < codes.size(); ++i)
+        codes[i] = {kCatalogue[i].name, kCatalogue[i].kind};
+    return codes;
+}();
+
 std::span<const CatalogueEntry> catalogue();
 // Entry of a name, or of a rule ("4.2"); null if there is none.
 const CatalogueEntry *find_code(std::string_view name);
@@ -276,7 +288,7 @@ class Reason {
         if (index_ == kCatalogue.size())
             not_in_the_catalogue();
     }
-    const CatalogueEntry &entry() const { return kCatalogue[index_]; }
+    const CodeOfErrors &code() const { return kCodesOfErrors[index_]; }
     std::string_view rule() const { return rule_; }
 
   private:

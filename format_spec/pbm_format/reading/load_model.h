@@ -19,6 +19,9 @@ struct LoadOptions {
 // caller takes from the same budget.
 Result<Model> load_points(Reader &reader, const LoadOptions &options = {}, std::uint64_t other_bytes = 0);
 
+// The same without sides and fields, which a position of a camera does not depend on.
+Result<Model> load_levels(Reader &reader, const LoadOptions &options = {}, std::uint64_t other_bytes = 0);
+
 // Decodes the chunks of a level, whose directory was read before, and calls `visit` with the index and the contents of
 // each, from any thread. `above` has the masks and points of the level above, as a whole. `left_out`: as in ChunkRules;
 // a mapped file has all of them. Ends with an error of the first chunk that has one.

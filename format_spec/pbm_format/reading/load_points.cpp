@@ -65,7 +65,7 @@ Status for_chunks(const Reader &reader, const LevelDirectory &directory, const L
     return {};
 }
 
-Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint64_t other_bytes) try {
+Result<Model> load_levels(Reader &reader, const LoadOptions &options, std::uint64_t other_bytes) try {
     const AttributeSet &set = reader.parameters().attributes;
     const int last = std::min(options.max_level, reader.depth());
     std::uint64_t memory = other_bytes;
@@ -76,11 +76,6 @@ Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint6
             return directory.error();
         directories.push_back(*directory);
         memory += decoded_bytes(**directory, set);
-        if (const SectionEntry *const sides =
-                reader.section(SectionType::stream_values, instance_of(PointStream::sides, level)))
-            memory += 2 * sides->raw_bytes;
-        for (std::size_t f = 0; options.fields && f < reader.parameters().fields.size(); ++f)
-            memory += (*directory)->points * reader.parameters().fields[f].bytes;
     }
     if (memory > addressable(options.max_memory))
         return broken("system.memory", 0,
@@ -89,8 +84,7 @@ Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint6
                       options.max_memory, memory);
     Model model;
     model.parameters = reader.parameters();
-    if (!options.fields)
-        model.parameters.fields.clear();
+    model.parameters.fields.clear();
     model.metadata = reader.metadata();
     model.levels.resize(static_cast<std::size_t>(last) + 1);
     model.levels[0].points = root_points(reader.header().root, set);
@@ -100,10 +94,31 @@ Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint6
         if (Status status = load_level(reader, *directories[static_cast<std::size_t>(level)], options.threads, model);
             !status)
             return std::move(status).error();
-    if (options.fields)
-        if (Status status = load_fields(reader, options.threads, model); !status)
+    return model;
+} catch (const std::bad_alloc &) {
+    return out_of_memory();
+}
+
+Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint64_t other_bytes) try {
+    for (int level = 1; level <= std::min(options.max_level, reader.depth()); ++level) {
+        const Result<const LevelDirectory *> directory = reader.directory(level);
+        if (!directory)
+            return directory.error();
+        if (const SectionEntry *const sides =
+                reader.section(SectionType::stream_values, instance_of(PointStream::sides, level)))
+            other_bytes += 2 * sides->raw_bytes;
+        for (std::size_t f = 0; options.fields && f < reader.parameters().fields.size(); ++f)
+            other_bytes += (*directory)->points * reader.parameters().fields[f].bytes;
+    }
+    Result<Model> model = load_levels(reader, options, other_bytes);
+    if (!model)
+        return model;
+    if (options.fields) {
+        model->parameters.fields = reader.parameters().fields;
+        if (Status status = load_fields(reader, options.threads, *model); !status)
             return std::move(status).error();
-    if (Status status = load_sides(reader, model); !status)
+    }
+    if (Status status = load_sides(reader, *model); !status)
         return std::move(status).error();
     return model;
 } catch (const std::bad_alloc &) {

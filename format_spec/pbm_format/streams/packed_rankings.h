@@ -2,7 +2,7 @@
 //
 //   rankings of contexts  transposed: contexts that differ in the normal class alone lie side by side, and are alike
 //   masks of a ranking    places among the masks that have no code yet, which are in an order common to all rankings:
-//                         that of their mean codes, so that most places are small
+//                         that of their mean codes, so that most places are small; those of one code side by side
 #pragma once
 
 #include "pbm_format/streams/mask_ranks.h"
@@ -33,8 +33,9 @@ class PackedRankings {
         for (std::size_t at = 0; at < places_.size(); ++at) {
             if (at % 256 == 0)
                 left = {common_order_};
-            places_[at] = left.place_of(table[kMaskContexts + at]);
-            left.take(places_[at]);
+            std::uint8_t &place = places_[at % 256 * kMaskRankings + at / 256];
+            place = left.place_of(table[kMaskContexts + at]);
+            left.take(place);
         }
     }
 
@@ -46,7 +47,7 @@ class PackedRankings {
         for (std::size_t at = 0; at < places_.size(); ++at) {
             if (at % 256 == 0)
                 left = {common_order_};
-            table[kMaskContexts + at] = left.take(places_[at]);
+            table[kMaskContexts + at] = left.take(places_[at % 256 * kMaskRankings + at / 256]);
         }
         return table;
     }
@@ -78,7 +79,7 @@ class PackedRankings {
 
     std::array<std::uint8_t, kMaskContexts> rankings_{}; // of transposed contexts
     std::array<std::uint8_t, 256> common_order_{};
-    std::array<std::uint8_t, kMaskRankings * 256> places_{}; // [ranking][code]
+    std::array<std::uint8_t, kMaskRankings * 256> places_{}; // [code][ranking]
 };
 
 } // namespace pbm

@@ -3,8 +3,9 @@
 #include "pbm_format/model/las_classes.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -21,8 +22,8 @@ constexpr int kPadding = 6, kLine = 12, kSwatch = 10, kGap = 5, kBarHeight = 120
 
 std::string number(double value, int digits = 6) {
     std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-    return text.data();
+    char *const end = text.data() + text.size();
+    return {text.data(), std::to_chars(text.data(), end, value, std::chars_format::general, digits).ptr};
 }
 
 // The values at the ends and in the middle of a range, to a hundredth of it: coordinates that are measured from far

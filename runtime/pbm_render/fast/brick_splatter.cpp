@@ -215,7 +215,7 @@ HWY_INLINE void draw_back_blocks(const StripRun &at, Blocks<kEdge> &blocks, Faci
 }
 
 // Draws all points as ellipses, whatever their size.
-template <bool kPlaced> HWY_INLINE void draw_ellipses(const StripRun &at, FacingPoints &points, DepthStrip &strip) {
+template <bool kPlaced> HWY_NOINLINE void draw_ellipses(const StripRun &at, FacingPoints &points, DepthStrip &strip) {
     draw_near(points.near, at.frame, strip);
     points.near.clear();
     Ellipses ellipses;
@@ -256,10 +256,10 @@ struct SplatScratch {
     FacingPoints small, middling, large;
 };
 
-// Draws points of bricks of one kind, see VisibleBrick::block.
+// Draws points of bricks of one kind, see VisibleBrick::block. There are enough of them to make up for the call.
 template <bool kPlaced>
-HWY_INLINE void draw_points(const StripRun &at, int block, SplatScratch &scratch, FacingPoints &points,
-                            DepthStrip &strip) {
+HWY_NOINLINE void draw_points(const StripRun &at, int block, SplatScratch &scratch, FacingPoints &points,
+                              DepthStrip &strip) {
     if (block == 0)
         draw_ellipses<kPlaced>(at, points, strip);
     else if (block == 2)

@@ -33,7 +33,8 @@ struct SplatGroup {
 
 // Computes a group of soft splats from `first` on. kWhole: as of project_ellipses.
 template <bool kWhole>
-HWY_INLINE void project_soft_splats(const StripRun &at, const FacingPoints &facing, std::size_t first, SplatGroup &to) {
+HWY_NOINLINE void project_soft_splats(const StripRun &at, const FacingPoints &facing, std::size_t first,
+                                      SplatGroup &to) {
     const Floats d;
     for (std::size_t i = 0; i < kGroupSplats; i += hn::Lanes(d)) {
         const ProjectedSplats splats =

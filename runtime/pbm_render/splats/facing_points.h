@@ -95,8 +95,8 @@ struct BrickCut {
 };
 
 // Writes the brick's distances from all borders of the region; `to` has room for them.
-HWY_INLINE std::span<const BrickCut> list_cuts(const HalfSpaces &region, const BrickRecord &brick, float voxel,
-                                               std::array<BrickCut, HalfSpaces::kMax> &to) {
+inline HWY_NOINLINE std::span<const BrickCut> list_cuts(const HalfSpaces &region, const BrickRecord &brick, float voxel,
+                                                        std::array<BrickCut, HalfSpaces::kMax> &to) {
     const glm::dvec3 first =
         (glm::dvec3(brick.x, brick.y, brick.z) * double{kBrickEdge} + 0.5) * static_cast<double>(voxel);
     std::size_t count = 0;
@@ -155,8 +155,8 @@ struct BothSides {
 // Appends points around the eye. Returns their number in the first strip, else 0, so that each counts once. `first_id`:
 // id of the vector's first point.
 template <bool kPlaced>
-HWY_INLINE std::size_t add_near(const StripRun &at, const NearPoints &points, std::size_t first_id,
-                                const BothSides &to) {
+HWY_NOINLINE std::size_t add_near(const StripRun &at, const NearPoints &points, std::size_t first_id,
+                                  const BothSides &to) {
     const bool counts = at.strip.top == 0; // a point around the eye may touch every strip
     std::size_t added = 0;
     const FrameGeometry &frame = at.frame;
