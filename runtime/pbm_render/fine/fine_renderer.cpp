@@ -46,7 +46,7 @@ struct ThreadScratch {
     SurfaceBuffer surface;
     SurfaceRow row;
     SurroundingsRow around;
-    NearPixels near;
+    ChosenCounts chosen;
     SampledPixels pixels;
     std::vector<float> depths; // [width]
 };
@@ -312,16 +312,16 @@ void FineRenderer::Frame::add_group(const SampleGroup &group, const std::atomic<
 }
 
 void FineRenderer::Frame::draw_group(const SampleGroup &group, int top, int bottom, ThreadScratch &at) {
-    at.near.begin(sums.chosen(), top, bottom);
+    at.chosen.begin(sums.chosen(), view->width, top, bottom);
     at.fronts.clear();
     at.backs.clear();
     set_rows(at.visible, view->width, top, bottom);
     runs.for_each_in_rows(
         top - 1, bottom + 1, [&](const RunGeometry &run, std::span<const VisibleBrick> seen, std::uint32_t first_id) {
-            find_points(view->geometry, run, seen, first_id, at.visible, at.near, at.fronts, at.backs);
+            find_points(view->geometry, run, seen, first_id, at.visible, at.chosen, at.fronts, at.backs);
         });
     for (int row = top; row < bottom; row = at.pixels.bottom) {
-        at.pixels.begin(sums.chosen(), row, bottom, view->points.groups());
+        at.pixels.begin(at.chosen, row, view->points.groups());
         if (at.pixels.count == 0)
             continue;
         set_rows(at.visible, view->width, row, at.pixels.bottom);

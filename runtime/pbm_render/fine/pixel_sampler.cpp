@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -90,9 +91,8 @@ void draw_samples(const FrameGeometry &frame, const DepthStrip &strip, const Str
         const float cone = kPlacedCone * at.run.voxel;
         for (std::size_t i = 0; i < facing.count; i += lanes) {
             project_ellipses<true, true>(at, facing, i, e, 0, kSplats);
-            for (std::size_t lane = 0; lane < std::min(lanes, facing.count - i); ++lane) {
-                if (e.left[lane] >= e.right[lane] || e.top[lane] >= e.bottom[lane])
-                    continue;
+            for (unsigned some = find_chosen(*pixels.strip, e, 0); some != 0; some &= some - 1) {
+                const auto lane = static_cast<std::size_t>(std::countr_zero(some));
                 const auto id = static_cast<std::uint32_t>(facing.id[i + lane]);
                 pixels.for_each_in_box(e.left[lane], e.right[lane], e.top[lane], e.bottom[lane],
                                        [&](int x, int y, std::size_t pixel) {
@@ -147,9 +147,11 @@ void blend_samples(const FrameGeometry &frame, const DepthStrip &strip, const St
         const FacingPoints &facing = block->points;
         for (std::size_t i = 0; i < facing.count; i += kGroupSplats) {
             project_soft_splats<true>(at, facing, i, group);
-            for (std::size_t lane = 0; lane < std::min(kGroupSplats, facing.count - i); ++lane) {
-                if (e.left[lane] >= e.right[lane] || e.top[lane] >= e.bottom[lane])
-                    continue;
+            unsigned some = 0;
+            for (std::size_t lane = 0; lane < kGroupSplats; lane += hn::Lanes(Floats()))
+                some |= find_chosen(*pixels.strip, e, lane) << lane;
+            for (; some != 0; some &= some - 1) {
+                const auto lane = static_cast<std::size_t>(std::countr_zero(some));
                 const float band = 2 / group.across[lane]; // beyond which weights are 0
                 SurfacePoint point;
                 bool is_read = false; // read lazily: most splats behind the surface are not needed

@@ -42,7 +42,7 @@ class SampleSums {
     }
     template <class Behind> void choose(int first, int end, const Behind &behind) {
         Rows rows(width_);
-        const auto look = [&](int y) { look_at(y, behind(std::clamp(y, 0, height_ - 1)), rows.at(y)); };
+        const auto look = [&](int y) { look_at(y, behind(std::clamp(y, 0, height_ - 1)), rows); };
         look(first - 1);
         look(first);
         for (int y = first; y < end; ++y) {
@@ -56,33 +56,43 @@ class SampleSums {
     template <class Visit> void for_each_row(int first, int end, int samples, const Visit &visit) const {
         Rows rows(width_);
         std::vector<Float4> means(static_cast<std::size_t>(width_));
-        find_means(first - 1, samples, rows.at(first - 1));
-        find_means(first, samples, rows.at(first));
+        find_means(first - 1, samples, rows);
+        find_means(first, samples, rows);
         for (int y = first; y < end; ++y) {
-            find_means(y + 1, samples, rows.at(y + 1));
+            find_means(y + 1, samples, rows);
             smooth_row(rows, y, means);
             visit(y, std::span<const Float4>(means));
         }
     }
 
   private:
+    // Columns first .. end - 1.
+    struct Columns {
+        int first, end;
+    };
     // Three rows around one; a pixel more on either side.
     struct Rows {
-        explicit Rows(int width) {
+        explicit Rows(int of_width) : width(of_width) {
             for (std::vector<Float4> &row : rows)
                 row.resize(static_cast<std::size_t>(width) + 2);
         }
-        std::vector<Float4> &at(int y) { return rows[static_cast<std::size_t>(y + 3) % 3]; }
-        const Float4 *pixels(int y) const { return rows[static_cast<std::size_t>(y + 3) % 3].data() + 1; }
+        static std::size_t index(int y) { return static_cast<std::size_t>(y + 3) % 3; }
+        const Float4 *pixels(int y) const { return rows[index(y)].data() + 1; }
+        Float4 *pixels(int y) { return rows[index(y)].data() + 1; }
+        // Columns beside which no pixel of the three rows has light, nor a pixel beside it.
+        Columns lit_around() const;
 
+        int width;
         std::array<std::vector<Float4>, 3> rows;
+        std::array<Columns, 3> lit{}; // columns beside which a row has no light
     };
     const Float4 *sums_at(int y) const {
         return sums_.data() + static_cast<std::ptrdiff_t>(std::clamp(y, 0, height_ - 1)) * width_;
     }
-    void look_at(int y, Float4 behind, std::vector<Float4> &to) const;
+    Columns lit_columns(int y) const;
+    void look_at(int y, Float4 behind, Rows &to) const;
     void choose_row(const Rows &rows, int y);
-    void find_means(int y, int samples, std::vector<Float4> &to) const;
+    void find_means(int y, int samples, Rows &to) const;
     void smooth_row(const Rows &rows, int y, std::vector<Float4> &to) const;
 
     int width_ = 0, height_ = 0;

@@ -19,62 +19,50 @@ void widen(std::span<std::uint64_t> row, int distance) {
     }
 }
 
-namespace {
-
-// Sets the bits of all rows within `distance` columns and rows of those that are set.
-void widen_rows(std::vector<std::uint64_t> &rows, std::size_t words_of_row, std::size_t distance) {
-    for (std::size_t i = 0; i < rows.size(); i += words_of_row)
-        widen(std::span(rows).subspan(i, words_of_row), static_cast<int>(distance));
-    const std::vector<std::uint64_t> narrow = rows;
-    const std::size_t words = distance * words_of_row;
-    for (std::size_t i = 0; i + words < rows.size(); ++i) {
-        rows[i] |= narrow[i + words];
-        rows[i + words] |= narrow[i];
-    }
-}
-
-} // namespace
-
-void NearPixels::begin(const PixelBits &chosen, int first, int end) {
-    words_ = chosen.row(first).size();
-    chosen_ = &chosen;
+void ChosenCounts::begin(const PixelBits &chosen, int width, int first, int end) {
+    bits_ = &chosen;
+    stride_ = width + 1;
     top_ = first;
     bottom_ = end;
-    const auto height = static_cast<std::size_t>(end - first), rows = height + 2 * kNear;
-    last_column_ = static_cast<float>(words_) * PixelBits::kBits - 1;
-    last_row_ = static_cast<float>(rows - 1);
-    very_near_.assign(rows * words_, 0);
-    for (std::size_t y = 0; y < height; ++y)
-        std::copy_n(chosen.row(first + static_cast<int>(y)).data(), words_, very_near_.data() + (y + kNear) * words_);
-    for (const std::size_t distance : {1U, 1U, 2U}) // kVeryNear together
-        widen_rows(very_near_, words_, distance);
-    near_ = very_near_;
-    widen_rows(near_, words_, kNear - kVeryNear);
-}
-
-bool NearPixels::touch(const VisibleBrick &brick) const {
-    const int left = std::max(brick.left - 1, 0), right = std::min(brick.right + 1, static_cast<int>(last_column_) + 1);
-    if (left >= right)
-        return false;
-    for (int y = std::max(brick.top - 1, top_); y < std::min(brick.bottom + 1, bottom_); ++y) {
-        const std::span<const std::uint64_t> row = chosen_->row(y);
-        for (int word = left / PixelBits::kBits; word <= (right - 1) / PixelBits::kBits; ++word)
-            if ((row[static_cast<std::size_t>(word)] & bits_between(left, right, word * PixelBits::kBits)) != 0)
-                return true;
+    const auto stride = static_cast<std::size_t>(stride_);
+    above_left_.resize(static_cast<std::size_t>(end - first + 1) * stride);
+    std::fill_n(above_left_.begin(), stride, 0);
+    for (int y = first; y < end; ++y) {
+        const std::int32_t *const above = above_left_.data() + static_cast<std::size_t>(y - first) * stride;
+        std::int32_t *const to = above_left_.data() + static_cast<std::size_t>(y - first + 1) * stride;
+        std::int32_t left = 0;
+        to[0] = 0;
+        for (int x = 0; x < width; ++x) {
+            left += chosen.has(x, y);
+            to[x + 1] = above[x + 1] + left;
+        }
     }
-    return false;
 }
 
-void SampledPixels::begin(const PixelBits &chosen, int first, int end, std::size_t groups_of_pixel) {
-    bits = &chosen;
+bool ChosenCounts::touch(const VisibleBrick &brick) const {
+    const int left = std::max(brick.left - 1, 0), right = std::min(brick.right + 1, width());
+    const int top = std::max(brick.top - 1, top_), bottom = std::min(brick.bottom + 1, bottom_);
+    if (left >= right || top >= bottom)
+        return false;
+    const std::int32_t *const upper = above_left() + std::ptrdiff_t{top - top_} * stride_, *const lower =
+                                                                                               above_left() +
+                                                                                               std::ptrdiff_t{bottom -
+                                                                                                              top_} *
+                                                                                                   stride_;
+    return lower[right] - upper[right] - lower[left] + upper[left] > 0;
+}
+
+void SampledPixels::begin(const ChosenCounts &chosen, int first, std::size_t groups_of_pixel) {
+    strip = &chosen;
+    bits = &chosen.bits();
     top = bottom = first;
-    words = chosen.row(first).size();
+    words = bits->row(first).size();
     groups = groups_of_pixel;
     count = 0;
     first_of.clear();
-    for (; bottom < end; ++bottom) {
+    for (; bottom < chosen.bottom(); ++bottom) {
         std::size_t pixels = count;
-        for (const std::uint64_t word : chosen.row(bottom)) {
+        for (const std::uint64_t word : bits->row(bottom)) {
             first_of.push_back(static_cast<std::uint32_t>(pixels));
             pixels += static_cast<std::size_t>(std::popcount(word));
         }

@@ -63,35 +63,26 @@ template <class Visit> void for_each_bit(std::span<const std::uint64_t> row, Vis
             visit(static_cast<int>(word) * PixelBits::kBits + std::countr_zero(bits));
 }
 
-// Which pixels are near chosen pixels of a strip.
-class NearPixels {
+// How many chosen pixels of a strip boxes of pixels hold: differences of the numbers above and left of their corners.
+// Based on: Crow. Summed-Area Tables for Texture Mapping. 1984
+class ChosenCounts {
   public:
-    // Columns and rows between a pixel and a chosen one that it is near to, and between it and one that it is not very
-    // near to.
-    static constexpr int kNear = 8, kVeryNear = 4;
-
-    // Takes the chosen pixels of rows first .. end - 1.
-    void begin(const PixelBits &chosen, int first, int end);
-    // Whether a chosen pixel is near, or very near.
-    bool has(float x, float y) const { return has(near_, x, y); }
-    bool has_very_near(float x, float y) const { return has(very_near_, x, y); }
+    // Counts the chosen pixels of rows first .. end - 1, of `width` pixels each.
+    void begin(const PixelBits &chosen, int width, int first, int end);
+    const PixelBits &bits() const { return *bits_; }
+    int width() const { return stride_ - 1; }
+    int top() const { return top_; }
+    int bottom() const { return bottom_; }
+    // [rows + 1][stride()]: chosen pixels of the rows above and the columns left of a corner.
+    const std::int32_t *above_left() const { return above_left_.data(); }
+    int stride() const { return stride_; }
     // Whether a brick may touch chosen pixels.
     bool touch(const VisibleBrick &brick) const;
 
   private:
-    bool has(const std::vector<std::uint64_t> &rows, float x, float y) const {
-        const int column = static_cast<int>(std::clamp(x, 0.0F, last_column_)),
-                  row = static_cast<int>(std::clamp(y + static_cast<float>(kNear - top_), 0.0F, last_row_));
-        return (rows[static_cast<std::size_t>(row) * words_ + static_cast<std::size_t>(column / PixelBits::kBits)] >>
-                    (column % PixelBits::kBits) &
-                1) != 0;
-    }
-
-    const PixelBits *chosen_ = nullptr;
-    int top_ = 0, bottom_ = 0;
-    float last_column_ = 0, last_row_ = 0;
-    std::size_t words_ = 0;
-    std::vector<std::uint64_t> near_, very_near_; // [rows with kNear more above and below][words]
+    const PixelBits *bits_ = nullptr;
+    int stride_ = 1, top_ = 0, bottom_ = 0;
+    std::vector<std::int32_t> above_left_;
 };
 
 // Several samples of each chosen pixel of some rows, side by side, so that a SIMD vector holds those of one pixel.
@@ -103,8 +94,8 @@ struct SampledPixels {
         alignas(32) std::array<float, kSamples> x, y; // of the samples from the pixel's centre
     };
 
-    // Starts with the chosen pixels of rows first .. end - 1, or of as many rows from `first` on as fit, at least one.
-    void begin(const PixelBits &chosen, int first, int end, std::size_t groups_of_pixel);
+    // Starts with the chosen pixels from row `first` of a strip on, of as many rows as fit, at least one.
+    void begin(const ChosenCounts &chosen, int first, std::size_t groups_of_pixel);
     // Drops the memory.
     void clear() { *this = {}; }
     // Finds the depth that hides a point at all samples of a pixel: `farthest_front`.
@@ -132,6 +123,7 @@ struct SampledPixels {
         }
     }
 
+    const ChosenCounts *strip = nullptr;
     const PixelBits *bits = nullptr;
     int top = 0, bottom = 0;             // rows
     std::size_t count = 0;               // pixels

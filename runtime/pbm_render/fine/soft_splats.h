@@ -7,6 +7,7 @@
 #define PBM_RENDER_SOFT_SPLATS_H
 #endif
 
+#include "pbm_render/fine/sampled_pixels.h"
 #include "pbm_render/fine/splat_blender.h"
 #include "pbm_render/splats/splat_projection.h"
 
@@ -42,6 +43,30 @@ HWY_NOINLINE void project_soft_splats(const StripRun &at, const FacingPoints &fa
         const Vector band = hn::Mul(hn::Set(d, kBlendBand / 2), hn::LoadU(d, facing.radius.data() + first + i));
         hn::Store(hn::Div(hn::Max(splats.cosine, hn::Set(d, kBandCosine)), band), d, to.across.data() + i);
     }
+}
+
+// Which boxes of columns left .. right - 1 and rows top .. bottom - 1, within the strip, hold chosen pixels. An empty
+// box may lie anywhere.
+HWY_INLINE Mask hold_chosen(const ChosenCounts &chosen, IntVector left, IntVector right, IntVector top,
+                            IntVector bottom) {
+    const Floats d;
+    const Ints di;
+    const auto row = [&](IntVector y) {
+        const IntVector from_top = hn::Max(hn::Sub(y, hn::Set(di, chosen.top())), hn::Zero(di));
+        return hn::Mul(from_top, hn::Set(di, chosen.stride()));
+    };
+    const auto at = [&](IntVector y, IntVector x) { return hn::GatherIndex(di, chosen.above_left(), hn::Add(y, x)); };
+    const IntVector upper = row(top), lower = row(bottom);
+    const IntVector count =
+        hn::Add(hn::Sub(at(lower, right), at(upper, right)), hn::Sub(at(upper, left), at(lower, left)));
+    return hn::RebindMask(d, hn::Gt(count, hn::Zero(di)));
+}
+
+// The same for the boxes of a vector of ellipses: a bit for each.
+HWY_INLINE unsigned find_chosen(const ChosenCounts &chosen, const Ellipses &e, std::size_t lane) {
+    const Ints di;
+    const auto load = [&](const auto &of) { return hn::Load(di, of.data() + lane); };
+    return mask_bits(hold_chosen(chosen, load(e.left), load(e.right), load(e.top), load(e.bottom)));
 }
 
 // The weight of a splat at a pixel. `form`: the quadratic form there; `behind`: distance of the visible surface from

@@ -361,31 +361,52 @@ std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std:
 }
 
 // Forgets the points of a block from `first` on whose soft ellipses reach no chosen pixel.
-void keep_near(const StripRun &at, const NearPixels &chosen, std::size_t first, FacingPoints &facing) {
-    constexpr float kSlack = 1.02F;  // packed normals are up to 1 % too long
-    constexpr float kBeside = 1.25F; // from a chosen pixel to a sample, and from the point to its pixel, with rounding
+void keep_near(const StripRun &at, const ChosenCounts &chosen, std::size_t first, FacingPoints &facing) {
+    constexpr float kSlack = 1.02F;    // packed normals are up to 1 % too long
+    constexpr float kRounding = 0.05F; // pixels
     const FrameGeometry &frame = at.frame;
+    const Floats d;
+    const Ints di;
+    const auto set = [&](float value) { return hn::Set(d, value); };
     const float inset = kPlacedOutlineInset + (facing.are_backs ? kBackOutlineInset : 0);
     std::size_t kept = first;
-    for (std::size_t i = first; i < facing.count; ++i) {
-        const float x = facing.x[i], y = facing.y[i];
-        const float off_axis = std::max(std::abs(x - frame.middle_x), std::abs(y - frame.middle_y));
-        const float pixels = kSlack * (frame.focal + off_axis) / facing.w[i]; // of a length of 1
-        const float radius = kKernelRadius * facing.radius[i] * pixels,
-                    moved = (inset + std::abs(facing.offset[i])) * at.run.voxel * pixels + kBeside;
-        const auto is_within = [&](float distance) { // sqrt(radius^2 + low pass^2) + moved <= distance
-            const float rest = distance - moved;
-            return rest > 0 && radius * radius + kLowPass * kLowPass <= rest * rest;
+    for (std::size_t i = first; i < facing.count; i += hn::Lanes(d)) {
+        const Mask valid = hn::FirstN(d, facing.count - i);
+        const Vector x = hn::LoadU(d, facing.x.data() + i), y = hn::LoadU(d, facing.y.data() + i);
+        const Vector off_axis =
+            hn::Max(hn::Abs(hn::Sub(x, set(frame.middle_x))), hn::Abs(hn::Sub(y, set(frame.middle_y))));
+        const Vector pixels = hn::Div(hn::Mul(set(kSlack), hn::Add(set(frame.focal), off_axis)),
+                                      hn::LoadU(d, facing.w.data() + i)); // of a length of 1
+        const Vector radius = hn::Mul(hn::Mul(set(kKernelRadius), hn::LoadU(d, facing.radius.data() + i)), pixels);
+        const Vector moved = hn::Mul(
+            hn::Mul(hn::Add(set(inset), hn::Abs(hn::LoadU(d, facing.offset.data() + i))), set(at.run.voxel)), pixels);
+        const Vector reach = hn::Add(hn::Sqrt(hn::Add(hn::Mul(radius, radius), set(kLowPass * kLowPass))),
+                                     hn::Add(moved, set(kRounding)));
+        const auto edge = [&](Vector v, int from, int end) {
+            const Vector clamped =
+                hn::Min(hn::Max(hn::Floor(v), set(static_cast<float>(from))), set(static_cast<float>(end)));
+            return hn::ConvertTo(di, hn::IfThenElseZero(valid, clamped));
         };
-        if (is_within(NearPixels::kVeryNear) ? chosen.has_very_near(x, y)
-                                             : !is_within(NearPixels::kNear) || chosen.has(x, y))
-            facing.move(i, kept++);
+        const Vector one = set(1);
+        const Mask keep =
+            hn::And(valid, hold_chosen(chosen, edge(hn::Sub(x, reach), 0, chosen.width()),
+                                       edge(hn::Add(hn::Add(x, reach), one), 0, chosen.width()),
+                                       edge(hn::Sub(y, reach), chosen.top(), chosen.bottom()),
+                                       edge(hn::Add(hn::Add(y, reach), one), chosen.top(), chosen.bottom())));
+        if (hn::AllFalse(d, keep))
+            continue;
+        const Packing pack(keep);
+        for (auto *const of : {&facing.x, &facing.y, &facing.w, &facing.offset, &facing.radius})
+            hn::StoreU(pack(hn::LoadU(d, of->data() + i)), d, of->data() + kept);
+        for (auto *const of : {&facing.normal, &facing.id, &facing.normal_index})
+            hn::StoreU(pack(hn::LoadU(di, of->data() + i)), di, of->data() + kept);
+        kept += hn::CountTrue(d, keep);
     }
     facing.count = kept;
 }
 
 void find_points(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
-                 std::uint32_t first_id, const DepthStrip &strip, const NearPixels &chosen, StripPoints &fronts,
+                 std::uint32_t first_id, const DepthStrip &strip, const ChosenCounts &chosen, StripPoints &fronts,
                  StripPoints &backs) {
     const StripRun at{frame, run, strip};
     OpenBlock front{fronts}, back{backs};
@@ -447,7 +468,7 @@ std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std:
 }
 
 void find_points(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
-                 std::uint32_t first_id, const DepthStrip &strip, const NearPixels &chosen, StripPoints &fronts,
+                 std::uint32_t first_id, const DepthStrip &strip, const ChosenCounts &chosen, StripPoints &fronts,
                  StripPoints &backs) {
     HWY_DYNAMIC_DISPATCH(find_points)(frame, run, seen, first_id, strip, chosen, fronts, backs);
 }

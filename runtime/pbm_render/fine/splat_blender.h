@@ -43,7 +43,7 @@ std::uint64_t add_backs(const FrameGeometry &frame, const RunGeometry &run, std:
 // Appends the points of the bricks in `seen` whose soft splats may reach chosen pixels of the strip, whose depths are
 // not used.
 void find_points(const FrameGeometry &frame, const RunGeometry &run, std::span<const VisibleBrick> seen,
-                 std::uint32_t first_id, const DepthStrip &strip, const NearPixels &chosen, StripPoints &fronts,
+                 std::uint32_t first_id, const DepthStrip &strip, const ChosenCounts &chosen, StripPoints &fronts,
                  StripPoints &backs);
 
 // Draws the backs that may be visible as ellipses, and removes the others. `farthest`: as for add_backs.

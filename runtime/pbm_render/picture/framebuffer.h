@@ -41,6 +41,8 @@ template <class T> struct UninitializedAllocator : std::allocator<T> {
     template <class U, class... Arguments> void construct(U *at, Arguments &&...arguments) {
         ::new (static_cast<void *>(at)) U(std::forward<Arguments>(arguments)...);
     }
+    // GCC 12 ends the life of a vector type by a store of zeros: freeing an array would write all of it.
+    template <class U> void destroy(U *) { static_assert(std::is_trivially_destructible_v<U>); }
 };
 template <class T> using PixelArray = std::vector<T, UninitializedAllocator<T>>;
 

@@ -85,36 +85,34 @@ TEST(SampleSums, ChoosesNothingWhereThePictureIsEmpty) {
             ASSERT_EQ(mean[3], 0);
 }
 
-TEST(NearPixels, HasThePixelsAround) {
+TEST(ChosenCounts, CountsThePixelsAboveAndLeft) {
     PixelBits chosen;
     chosen.resize(kSumsWidth, 40);
     for (int y = 0; y < 40; ++y)
         std::fill(chosen.row(y).begin(), chosen.row(y).end(), 0);
-    constexpr int kX = 66, kY = 12;
+    constexpr int kX = 66, kY = 12, kTop = 10, kBottom = 30;
     chosen.row(kY)[kX / PixelBits::kBits] |= std::uint64_t{1} << (kX % PixelBits::kBits);
-    NearPixels near;
-    near.begin(chosen, 10, 30);
-    for (int y = 0; y < 40; ++y)
-        for (int x = 0; x < kSumsWidth; ++x) {
-            const int distance = std::max(std::abs(x - kX), std::abs(y - kY));
-            // Rows far above and below the strip count as the outermost ones that are known.
-            const int row = std::clamp(y, 10 - NearPixels::kNear, 29 + NearPixels::kNear);
-            const auto at_x = static_cast<float>(x) + 0.9F, at_y = static_cast<float>(y) + 0.1F;
-            ASSERT_EQ(near.has(at_x, at_y), distance <= NearPixels::kNear && row == y) << x << " " << y;
-            ASSERT_EQ(near.has_very_near(at_x, at_y), distance <= NearPixels::kVeryNear) << x << " " << y;
-        }
+    chosen.row(kTop - 1)[0] = chosen.row(kBottom)[0] = 1; // outside the strip
+    ChosenCounts counts;
+    counts.begin(chosen, kSumsWidth, kTop, kBottom);
+    EXPECT_EQ(counts.width(), kSumsWidth);
+    for (int y = kTop; y <= kBottom; ++y)
+        for (int x = 0; x <= kSumsWidth; ++x)
+            ASSERT_EQ(counts.above_left()[(y - kTop) * counts.stride() + x], x > kX && y > kY) << x << " " << y;
     const auto touches = [&](int left, int right, int top, int bottom) {
         VisibleBrick brick{};
         brick.left = left;
         brick.right = right;
         brick.top = top;
         brick.bottom = bottom;
-        return near.touch(brick);
+        return counts.touch(brick);
     };
     EXPECT_TRUE(touches(0, kSumsWidth, 0, 40));
     EXPECT_TRUE(touches(kX + 1, kX + 2, kY + 1, kY + 2)); // the outermost sample of the pixel beside it
     EXPECT_FALSE(touches(kX + 2, kX + 3, kY, kY + 1));
     EXPECT_FALSE(touches(kX, kX + 1, kY + 2, kY + 3));
+    EXPECT_FALSE(touches(0, 1, 0, 40)); // those outside the strip do not count
+    EXPECT_FALSE(touches(kX, kX + 1, 40, 50));
 }
 
 TEST(SampledPixels, NumbersThePixelsOfSomeRows) {
@@ -124,8 +122,10 @@ TEST(SampledPixels, NumbersThePixelsOfSomeRows) {
     for (int y = 0; y < 4; ++y)
         for (std::uint64_t &word : chosen.row(y))
             word = 0x8100'0000'0000'0081U; // four pixels in each word
+    ChosenCounts counts;
+    counts.begin(chosen, kColumns, 1, 3);
     SampledPixels pixels;
-    pixels.begin(chosen, 1, 3, 1);
+    pixels.begin(counts, 1, 1);
     EXPECT_EQ(pixels.bottom, 3);
     EXPECT_EQ(pixels.count, 16U);
     const auto numbers = [&](int left, int right, int top, int bottom) {
