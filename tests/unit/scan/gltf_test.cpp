@@ -381,6 +381,42 @@ TEST(Gltf, ANormalMapInTheSpaceOfTheObjectIsLeftOut) {
         1U);
 }
 
+TEST(Gltf, CamerasBecomeViews) {
+    Glb glb;
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}, {"indices", glb.indices({0, 1, 2})}}},
+             {{"name", "sheet"}});
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}, {"indices", glb.indices({0, 1, 2})}}},
+             {{"name", "sheet"}});
+    const auto add = [&](const json &node) {
+        glb.doc["nodes"].push_back(node);
+        glb.doc["scenes"][0]["nodes"].push_back(glb.doc["nodes"].size() - 1);
+    };
+    glb.doc["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 0.6}, {"znear", 0.1}}}},
+                          {{"type", "orthographic"}, {"name", "plan"}, {"orthographic", {{"ymag", 2}}}},
+                          {{"type", "perspective"}, {"perspective", {{"yfov", 7}}}}};
+    add({{"camera", 0}, {"name", "front"}, {"translation", {0.5, 0.5, 3}}});
+    add({{"camera", 1}, {"translation", {0.5, 5, 0}}, {"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}}});
+    add({{"camera", 2}, {"translation", {0, 0, 3}}});
+    add({{"camera", 9}});
+    const Surface s = surface(glb);
+    ASSERT_EQ(s.views.size(), 2U);
+    EXPECT_EQ(s.views[0].name, "front");
+    EXPECT_EQ(s.views[0].position, glm::dvec3(0.5, 0.5, 3));
+    EXPECT_LT(glm::distance(s.views[0].focal_point, glm::dvec3(0.5, 0.5, 0)), 1e-9);
+    EXPECT_EQ(s.views[0].up, glm::dvec3(0, 1, 0));
+    EXPECT_EQ(s.views[0].view_angle, 0.6);
+    EXPECT_FALSE(s.views[0].is_orthographic);
+    EXPECT_EQ(s.views[1].name, "plan"); // from above, 4.5 above the middle
+    EXPECT_LT(glm::distance(s.views[1].focal_point, glm::dvec3(0.5, 0.5, 0)), 1e-9);
+    EXPECT_LT(glm::distance(s.views[1].up, glm::dvec3(0, 0, -1)), 1e-9);
+    EXPECT_NEAR(std::tan(s.views[1].view_angle / 2) * 4.5, 2, 1e-9);
+    EXPECT_TRUE(s.views[1].is_orthographic);
+    EXPECT_EQ(s.part_names, (std::vector<std::string>{"sheet"}));
+    EXPECT_TRUE(says(s, "cameras", Fate::kept));
+    EXPECT_TRUE(says(s, "damaged cameras", Fate::dropped));
+    EXPECT_TRUE(says(s, "names of nodes", Fate::kept));
+}
+
 TEST(Gltf, ANormalMapThatCannotBeReadIsSaid) {
     for (const json &map : {json{{"index", 1}}, json{{"index", 7}}, json::object()}) {
         const Surface s = with_normal_map(map);
