@@ -286,6 +286,12 @@ TEST(Gltf, TransformsOfTexturesScaleTurnAndMove) {
     const std::array<glm::vec2, 3> expected{{{0.1F, -1.8F}, {3.1F, 0.2F}, {0.85F, -0.8F}}};
     for (std::size_t i = 0; i < 3; ++i)
         EXPECT_LT(glm::distance(s.texture_corners[0][i], expected[i]), 1e-6F) << i;
+    // The example of the extension: the lower left quadrant of the image.
+    const json quadrant{{"offset", {0, 1}}, {"rotation", 1.5707963267948966}, {"scale", {0.5, 0.5}}};
+    const Surface lower = with_image(image, {{"index", 0}, {"extensions", {{"KHR_texture_transform", quadrant}}}});
+    const std::array<glm::vec2, 3> left{{{0, 0.5F}, {0.5F, 1}, {0.125F, 0.75F}}};
+    for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_LT(glm::distance(lower.texture_corners[0][i], left[i]), 1e-6F) << i;
     const Surface second = with_image(image, {{"index", 0}, {"texCoord", 1}});
     EXPECT_EQ(second.texture_corners[0], (TextureCorners{{{0.5F, 0.5F}, {1, 0}, {0, 1}}}));
     json overruled = turned;
@@ -379,6 +385,43 @@ TEST(Gltf, ANormalMapInTheSpaceOfTheObjectIsLeftOut) {
     EXPECT_EQ(
         with_normal_map({{"index", 0}}, {}, true, test::png_of(8, 1, PNG_FORMAT_RGB, pixels.data())).textures.size(),
         1U);
+}
+
+TEST(Gltf, CamerasBecomeViews) {
+    Glb glb;
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}, {"indices", glb.indices({0, 1, 2})}}},
+             {{"name", "sheet"}});
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}, {"indices", glb.indices({0, 1, 2})}}},
+             {{"name", "sheet"}});
+    const auto add = [&](const json &node) {
+        glb.doc["nodes"].push_back(node);
+        glb.doc["scenes"][0]["nodes"].push_back(glb.doc["nodes"].size() - 1);
+    };
+    glb.doc["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 0.6}, {"znear", 0.1}}}},
+                          {{"type", "orthographic"}, {"name", "plan"}, {"orthographic", {{"ymag", 2}}}},
+                          {{"type", "perspective"}, {"perspective", {{"yfov", 7}}}}};
+    add({{"camera", 0}, {"name", "front"}, {"translation", {0.5, 0.5, 3}}});
+    add({{"camera", 1}, {"translation", {0.5, 5, 0}}, {"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}}});
+    add({{"camera", 2}, {"translation", {0, 0, 3}}});
+    add({{"camera", 9}});
+    const Surface s = surface(glb);
+    ASSERT_EQ(s.views.size(), 2U);
+    EXPECT_EQ(s.views[0].name, "front");
+    EXPECT_EQ(s.views[0].position, glm::dvec3(0.5, 0.5, 3));
+    EXPECT_LT(glm::distance(s.views[0].focal_point, glm::dvec3(0.5, 0.5, 0)), 1e-9);
+    EXPECT_EQ(s.views[0].up, glm::dvec3(0, 1, 0));
+    EXPECT_EQ(s.views[0].view_angle, 0.6);
+    EXPECT_FALSE(s.views[0].is_orthographic);
+    EXPECT_EQ(s.views[1].name, "plan"); // from above
+    const double distance = glm::distance(s.views[1].focal_point, glm::dvec3(0.5, 5, 0));
+    EXPECT_LT(glm::distance(s.views[1].focal_point, glm::dvec3(0.5, 5 - distance, 0)), 1e-9);
+    EXPECT_LT(glm::distance(s.views[1].up, glm::dvec3(0, 0, -1)), 1e-9);
+    EXPECT_NEAR(std::tan(s.views[1].view_angle / 2) * distance, 2, 1e-9);
+    EXPECT_TRUE(s.views[1].is_orthographic);
+    EXPECT_EQ(s.part_names, (std::vector<std::string>{"sheet"}));
+    EXPECT_TRUE(says(s, "cameras", Fate::kept));
+    EXPECT_TRUE(says(s, "damaged cameras", Fate::dropped));
+    EXPECT_TRUE(says(s, "names of nodes", Fate::kept));
 }
 
 TEST(Gltf, ANormalMapThatCannotBeReadIsSaid) {

@@ -103,6 +103,11 @@ class GltfReader {
             if (points && !surface_.triangles.empty())
                 surface_.points_beside_triangles = surface_.positions.size() - before;
         }
+        surface_.views = views_of(document_, scene->cameras(), surface_.positions, report_);
+        surface_.part_names = scene->names();
+        if (!surface_.part_names.empty())
+            report_.push_back(
+                {"names of nodes", Fate::kept, counted(surface_.part_names.size(), "name") + " of the metadata"});
         return finish();
     }
 
@@ -129,9 +134,8 @@ class GltfReader {
             report_.push_back({"extensions " + listed(known), Fate::kept, "known to PBM"});
         if (additions.has_extras)
             report_.push_back({"extras", Fate::kept, "not needed: data of other programs"});
-        for (const char *unused : {"animations", "cameras"})
-            if (items(document_.root(unused)) != 0)
-                drop_once(report_, unused, "PBM's models stand still");
+        if (items(document_.root("animations")) != 0)
+            drop_once(report_, "animations", "PBM's models stand still");
         return {};
     }
 

@@ -106,6 +106,14 @@ struct Convention {
     double height_metres = 1;   // of a unit of height, beside degrees
 };
 
+// A camera of the file.
+struct SceneView {
+    std::string name{};                                // UTF-8; may be empty
+    glm::dvec3 position{}, focal_point{}, up{0, 1, 0}; // model space, all finite; `up` is a unit vector
+    double view_angle = 0.5;                           // from bottom to top, radians
+    bool is_orthographic = false;                      // then it spans what the angle spans at the focal point
+};
+
 // Arrays run in parallel with `positions`, or are empty where the input has no such attribute.
 struct Surface {
     std::string name;                         // which of several inputs, for reports; empty where there is only one
@@ -132,6 +140,8 @@ struct Surface {
     std::array<std::optional<std::string>, kFieldSlots> field_units; // absent: the file has no such field
     std::vector<std::string> offered_fields;                         // attributes that could be fields
     std::vector<AttributeReport> report;                             // in the order of the file
+    std::vector<SceneView> views;                                    // cameras of the file
+    std::vector<std::string> part_names;                             // of parts of the file, UTF-8; none twice in a file
     std::string crs; // coordinate reference system, as the file has it; at most kMaxCrsBytes
     Convention convention;
     std::uint64_t dropped_vertices = 0;  // not finite

@@ -205,6 +205,8 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
         merged.report.insert(merged.report.end(), surface.report.begin(), surface.report.end());
         merged.offered_fields.insert(merged.offered_fields.end(), surface.offered_fields.begin(),
                                      surface.offered_fields.end());
+        merged.views.insert(merged.views.end(), surface.views.begin(), surface.views.end());
+        merged.part_names.insert(merged.part_names.end(), surface.part_names.begin(), surface.part_names.end());
         for (std::size_t slot = 0; slot < kFieldSlots; ++slot)
             if (!merged.field_units[slot])
                 merged.field_units[slot] = surface.field_units[slot];
