@@ -224,6 +224,9 @@ TEST(Ledger, EveryPartOfGltfHasALine) {
           R"("emissiveTexture":{})", R"("emissiveFactor":[1,0,0])",
           R"("pbrMetallicRoughness":{"metallicRoughnessTexture":{}})", R"("extensions":{"KHR_materials_unlit":{}})",
           R"("extensions":{"KHR_materials_pbrSpecularGlossiness":{}})",
+          R"("extensions":{"KHR_materials_pbrSpecularGlossiness":{"specularGlossinessTexture":{}}})",
+          R"("extensions":{"KHR_materials_specular":{"specularTexture":{}}})",
+          R"("extensions":{"KHR_materials_specular":{"specularColorTexture":{}}})",
           R"("extensions":{"KHR_materials_clearcoat":{}})",
           R"("pbrMetallicRoughness":{"baseColorFactor":[0,0,0,1]},"emissiveFactor":[1,0,0])"})
         expect_said(std::string(R"({"materials":[{)") + more + "}]}");

@@ -23,11 +23,12 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::array<std::string_view, 13> kExtensions{
+constexpr std::array<std::string_view, 14> kExtensions{
     "KHR_texture_transform",   "KHR_mesh_quantization",   "KHR_materials_unlit", "KHR_draco_mesh_compression",
     "EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_texture_webp",    "KHR_materials_pbrSpecularGlossiness",
     "KHR_texture_basisu", // the image is dropped, and said
-    "KHR_node_visibility",     "EXT_mesh_gpu_instancing", "CESIUM_RTC",          "KHR_gaussian_splatting"};
+    "KHR_node_visibility",     "EXT_mesh_gpu_instancing", "CESIUM_RTC",          "KHR_gaussian_splatting",
+    "KHR_materials_specular"};
 
 // A matrix, and what it makes of normals.
 struct Placing {
@@ -293,6 +294,7 @@ class GltfReader {
         const auto number = static_cast<std::size_t>(found - surface_.materials.begin());
         if (found == surface_.materials.end())
             surface_.materials.push_back(material.material);
+        surface_.reflectances.resize(surface_.materials.size(), material.reflectance);
         materials_of_.resize(surface_.positions.size(), static_cast<std::uint16_t>(number));
         has_colours_ = has_colours_ || !primitive.colours.empty() || material.image.texture != Surface::kNoTexture;
         constexpr float kWhite = 65535;
@@ -386,6 +388,7 @@ class GltfReader {
                 for (const std::uint16_t material : materials_of_)
                     surface_.colours.push_back(surface_.materials[material].colour);
             surface_.materials.clear();
+            surface_.reflectances.clear();
             report_.push_back({"materials", Fate::converted, count});
             return;
         }

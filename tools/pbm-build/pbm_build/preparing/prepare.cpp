@@ -167,6 +167,7 @@ Result<Surface> merge_inputs(std::vector<Surface> surfaces, const Run &run) {
     Surface &surface = *merged;
     surface.closed = shows_closed_surface(surface);
     colour_by_materials(surface);
+    set_image_materials(surface, options.scene, threads, statistics);
     statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
     if (options.flip_green && surface.layer(Layer::normals).ids.empty())
         statistics.report(Warning::idle_option, "--flip-green", "no face has a normal map");
