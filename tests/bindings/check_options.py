@@ -33,6 +33,7 @@ OF_NO_BINDING = {
     "thumbnail": "a preset of other options",
     "bench": "the caller has a clock",
     "camera-file": "the caller gives the camera",
+    "view": "the same; the metadata has the views",
     "resume": "as turntable",
     "preset": "a set of other options",
     "drop-shadow": "the caller has the pixels, and their opacity",

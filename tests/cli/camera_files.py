@@ -208,6 +208,46 @@ def check_sequences():
         check((work / "whole" / names[2]).read_bytes() == before, f"{form}: a frame after a failure")
 
 
+def film_set():
+    """A lopsided tetrahedron and three cameras, one of them below another node."""
+    plan = {"type": "orthographic", "name": "Plan", "orthographic": {"xmag": 1, "ymag": 0.75, "znear": 0.1, "zfar": 100}}
+    scene = Scene([{"name": "Front", "camera": 0, "translation": [0.5, 0.5, 4]},
+                   {"camera": 1, "translation": [0.48, 5, 0.56], "rotation": [math.sin(-0.75), 0, 0, math.cos(0.75)]},
+                   {"name": "Side", "camera": 0, "translation": [0, 0.25, 3]},
+                   {"children": [2], "rotation": turned(1)}], [LENS, plan])
+    corners = [(0, 0, 0), (0.25, 1, 0), (1, 0, 0.25), (0, 0, 0), (1, 0, 0.25), (0.5, 0.25, 1), (1, 0, 0.25), (0.25, 1, 0),
+               (0.5, 0.25, 1), (0.25, 1, 0), (0, 0, 0), (0.5, 0.25, 1)]
+    scene.json["meshes"] = [{"primitives": [{"attributes": {"POSITION": scene.accessor(corners)}}]}]
+    scene.json["nodes"].append({"name": "tetrahedron", "mesh": 0})
+    scene.json["scenes"] = [{"nodes": [0, 1, 3, 4]}]
+    scene.json["scene"] = 0
+    del scene.json["animations"]
+    return scene.save("set.glb")
+
+
+def check_views_of_models():
+    """Models of glTF files keep the cameras: their pictures are those of --camera-file."""
+    name = film_set()
+    must(programs / "pbm-build", "-q", "--depth", "7", name, "-o", "set.pbvg", cwd=work)
+    must(programs / "pbm-build", "-q", "--depth", "7", "--scale", "2", name, "-o", "large.pbvg", cwd=work)
+    said = must(programs / "pbm-info", "set.pbvg", cwd=work)
+    check("views       Front, Plan, Side\n" in said and '"parts":["tetrahedron"]' in said, said)
+    pictures = set()
+    for view in ("Front", "Plan", "Side"):
+        good("set.pbvg", f"--camera-file={name},{view}", "-o", "file.png", *DRAWN)
+        good("set.pbvg", f"--view={view}", "-o", "view.png", *DRAWN)
+        good("large.pbvg", f"--view={view}", "-o", "large.png", *DRAWN)
+        picture = (work / "view.png").read_bytes()
+        check((work / "file.png").read_bytes() == picture, f"{view}: another picture than that of --camera-file")
+        check((work / "large.png").read_bytes() == picture, f"{view}: another picture of the model of twice the size")
+        pictures.add(picture)
+    check(len(pictures) == 3, "two views show the same")
+    refused(1, "no view is named Back; there are: Front, Plan, Side", "set.pbvg", "--view=Back", "-o", "r.png")
+    refused(1, "the model has no view with a name", "scan.pbvg", "--view=Front", "-o", "r.png")
+    refused(1, "--camera-position", "set.pbvg", "--view=Front", "--camera-position=0,0,1", "-o", "r.png")
+    refused(1, "--view", "set.pbvg", "--view=Front", f"--camera-file={name},Front", "-o", "r.png")
+
+
 def check_refusals():
     out = ["-o", "r_%d.png", *DRAWN]
     refused(1, "'x.obj' is no camera file", "scan.pbvg", "--camera-file=x.obj", *out)
@@ -285,6 +325,7 @@ def check_damage():
 check_one_picture()
 check_interpolation()
 check_sequences()
+check_views_of_models()
 check_refusals()
 check_damage()
 print("cameras, their sequences and their parts are as they were written")

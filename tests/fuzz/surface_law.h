@@ -55,6 +55,10 @@ inline void hold_surface(const Result<build::Surface> &result, std::size_t size,
     for (const build::ImageLayer &layer : s.layers)
         for (const std::uint16_t id : layer.ids)
             require(id < s.textures.size() || id == build::Surface::kNoTexture);
+    require(s.reflectances.size() <= s.materials.size());
+    for (const build::SceneView &view : s.views)
+        require(build::is_finite(view.position) && build::is_finite(view.focal_point) && build::is_finite(view.up) &&
+                view.view_angle > 0 && view.view_angle < 3.2);
     for (const glm::vec4 &tangent : s.tangents)
         require(build::is_finite(glm::dvec3(tangent)) &&
                 (tangent.w == 1 || tangent.w == -1 || tangent == glm::vec4(0)));

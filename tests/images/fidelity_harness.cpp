@@ -317,7 +317,7 @@ Bytes with_true_normals(const MappedFile &file, const std::string &name, const R
 }
 
 int run(const Options &options) {
-    const Subject subject = read_subject(options.mesh);
+    Subject subject = read_subject(options.mesh);
     const auto file = MappedFile::open(options.model);
     if (!file)
         throw std::runtime_error(options.model + ": " + file.error().message);
@@ -327,6 +327,8 @@ int run(const Options &options) {
     const Bytes changed = options.true_normals ? with_true_normals(*file, options.model, rays) : Bytes();
     StreamedModel model(value_or_throw(Reader::open(changed.empty() ? file->bytes() : changed), options.model));
     const ModelParameters &parameters = model.reader().parameters();
+    if (parameters.materials.size() == 1) // --material
+        subject.look.materials.clear();
     SurfaceOracle oracle(rays, parameters.grid);
     std::function<void(std::span<PointRun>)> change;
     if (options.true_offsets)

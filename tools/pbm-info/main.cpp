@@ -18,6 +18,7 @@
 #include <iostream>
 #include <optional>
 #include <sstream>
+#include <string_view>
 
 namespace pbm {
 NLOHMANN_JSON_SERIALIZE_ENUM(PointShape, {{PointShape::disc, "disc"}, {PointShape::round, "round"}})
@@ -301,6 +302,18 @@ void print_fields(const Reader &reader) {
                   << " bits, " << to_string(field.average) << '\n';
 }
 
+// Prints the names of the cameras that the scan had.
+void print_views(std::string_view metadata) {
+    const json all = json::parse(metadata, nullptr, false);
+    const json views = all.is_object() ? all.value("views", json()) : json();
+    std::string names;
+    for (const json &view : views.is_array() ? views : json::array())
+        if (view.is_object() && view.contains("name") && view["name"].is_string())
+            names += (names.empty() ? "" : ", ") + command_line::printable(view["name"].get<std::string>());
+    if (!names.empty())
+        std::cout << "views       " << names << '\n';
+}
+
 // Prints bits of lit fraction and stored bytes per level.
 void print_shadows(const Reader &reader, const FileSizes &sizes) {
     const auto lights = static_cast<std::size_t>(reader.parameters().attributes.lights);
@@ -362,6 +375,7 @@ void print_text(const std::string &path, const Reader &reader, const FileSizes &
               << "materials   " << parameters.materials.size() << ", lights " << parameters.lights.size() << '\n';
     print_shading(parameters);
     print_fields(reader);
+    print_views(reader.metadata());
     std::cout << "content id  " << hexadecimal(header.content_id) << '\n'
               << "metadata    " << reader.metadata() << "\n\n"
               << "stream            stored bytes      raw bytes  bits/point\n"

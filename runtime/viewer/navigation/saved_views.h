@@ -1,19 +1,13 @@
 // Views that the user has saved, four for each model, kept from run to run.
 #pragma once
 
-#include "pbm_render/camera/camera.h"
 #include "system/error.h"
+#include "viewer/cameras/model_views.h"
 
 #include <optional>
 #include <string>
 
 namespace pbm {
-
-// A camera and its angle of view as the command line has it, degrees: so that it prints as it was written.
-struct SavedView {
-    Camera camera;
-    double view_angle = 30;
-};
 
 class SavedViews {
   public:

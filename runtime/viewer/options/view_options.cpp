@@ -157,6 +157,10 @@ void add_view_options(CommandLine &line, ViewOptions &options) {
     command_line::add_choice<bool>(line, "--projection", "projection", {{"perspective", false}, {"orthographic", true}},
                                    options.orthographic,
                                    "perspective (default); orthographic: parallels stay parallel");
+    line.add("--view", "A camera of the scan, which the model keeps; pbm-info lists them", &options.view,
+             {.type = "NAME",
+              .excludes = {"--camera-position", "--camera-focal-point", "--camera-view-up", "--camera-view-angle",
+                           "--projection"}});
     line.add("--clip-plane", "Show the side of a plane that its normal leads to",
              stored(parse_clip_plane, options.clip.plane), {.type = "X,Y,Z,NX,NY,NZ"});
     line.add("--clip-box", "Show what lies between two corners", stored(parse_clip_box, options.clip.box),
@@ -250,6 +254,7 @@ Result<Camera> choose_turntable(const ViewOptions &options, const Extent &extent
 
 void forget_camera(ViewOptions &options) {
     options.position = options.focal_point = options.view_up = std::nullopt;
+    options.view.clear();
     options.up = std::nullopt;
     options.clip = {};
     options.look.colour_by = std::nullopt;

@@ -25,6 +25,7 @@ struct ViewOptions {
     glm::ivec2 resolution{1280, 720};                         // pixels
     std::optional<glm::dvec3> position, focal_point, view_up; // model space; absent: the default camera's
     double view_angle = 30;                                   // degrees
+    std::string view;                                         // name of a view of the file; empty: none is asked for
     bool orthographic = false;
     ClipRegion clip; // model space
     Backs backs = Backs::automatic;

@@ -57,7 +57,7 @@ void add_camera_file(command_line::CommandLine &line, RenderArguments &arguments
              {.type = "FILE.gltf|glb[,NAME]",
               .check = command_line::readable(parse_camera_file),
               .excludes = {"--camera-position", "--camera-focal-point", "--camera-view-up", "--camera-view-angle",
-                           "--projection", "--turntable", "--avi"},
+                           "--projection", "--view", "--turntable", "--avi"},
               .topic = "Camera"});
     line.add("--resume", "Keep frames of a sequence that are there", &arguments.resume,
              {.needs = "--camera-file", .topic = "Video"});

@@ -9,6 +9,7 @@
 #include "system/processes/this_process.h"
 #include "system/threads/parallel.h"
 #include "viewer/cameras/camera_file.h"
+#include "viewer/cameras/model_views.h"
 #include "viewer/navigation/camera_control.h"
 #include "viewer/opening/prepared_model.h"
 #include "viewer/options/option_values.h"
@@ -310,6 +311,12 @@ int run(RenderArguments arguments, std::span<std::byte> heap) {
     ModelDrawer &drawer = **opened;
     if (const auto &path = arguments.path; path && !arguments.sequence)
         arguments.view = view_at(*path, path->begin, drawer.extent(), up_of(view, drawer.grid()), view);
+    if (!view.view.empty()) {
+        const auto found = find_view(drawer.metadata(), view.view);
+        if (!found)
+            return fail_usage(found.error().message);
+        arguments.view = with_camera(view, *found);
+    }
     if (arguments.preset && arguments.preset->kind == PresetKind::hero && !drawer.has_surroundings() &&
         view.verbosity != command_line::Verbosity::quiet)
         command_line::warn(kProgram,

@@ -25,8 +25,11 @@ void Navigator::show_model(const std::optional<Camera> &first, const std::option
         options.clip = shown_.camera.clip;
     options.view_angle = view_angle_;
     if (of_file && !options.position && !options.focal_point && !options.view_up) {
-        if (first)
+        if (first) {
             shown_.camera = of_file->camera;
+            shown_.camera.clip = first->clip;
+            shown_.camera.backs = first->backs;
+        }
         options.view_angle = of_file->view_angle;
         options.orthographic = shown_.camera.orthographic;
     }

@@ -54,6 +54,13 @@ Status Viewer::show(ShownModelPointer loaded, bool again) {
     const auto camera = navigator_.first_camera(*loaded, picture_size());
     if (!camera)
         return camera.error();
+    ModelNotes notes = read_notes(loaded->streamed().reader().metadata());
+    if (!shown_.options.view.empty()) {
+        auto named = find_view(loaded->streamed().reader().metadata(), shown_.options.view);
+        if (!named)
+            return named.error();
+        notes.view = *named;
+    }
     const LookPointer look_before = shown_.look;
     ShownModelPointer model_before = std::exchange(shown_.model, std::move(loaded));
     const ShownModel &model = *shown_.model;
@@ -68,7 +75,6 @@ Status Viewer::show(ShownModelPointer loaded, bool again) {
         tools_.show_model();
     if (picture_size() != glm::ivec2(0))
         shown_.size = picture_size();
-    ModelNotes notes = read_notes(model.streamed().reader().metadata());
     navigator_.show_model(is_same ? std::nullopt : std::optional(*camera), notes.view);
     // Options that the user has changed survive the change of model.
     const bool recolours = std::exchange(recolours_, false) && is_same;

@@ -617,4 +617,27 @@ TEST(Pipeline, MetadataSaysWhatWasAskedAndNothingAboutTheMachine) {
     EXPECT_EQ(refused(cube(0, 1), options).code, ErrorCode::usage);
 }
 
+TEST(Pipeline, MetadataHasTheViewsAndPartsOfTheScanAsFarAsThereIsRoom) {
+    Surface surface = cube(0, 1);
+    surface.views = {{.name = "front", .position = {0.5, 0.5, 3}, .focal_point = {0.5, 0.5, 0.1}, .view_angle = 0.5}};
+    surface.part_names = {"lid", "body"};
+    BuildOptions options = at_depth(5);
+    options.placement = {.scale = 2, .origin = std::array<double, 3>{10, 0, 0}};
+    std::vector<Surface> placed{surface};
+    place(placed[0], options.placement);
+    const std::string metadata = built(placed, options).metadata;
+    EXPECT_NE(metadata.find(R"("views":[{"name":"front","position":[11.0,1.0,6.0],"focal_point":[11.0,1.0,0.2],)"
+                            R"("up":[0.0,1.0,0.0],"angle":28.6478897565}],"parts":["lid","body"]})"),
+              std::string::npos)
+        << metadata;
+    surface.views.resize(100, surface.views[0]);
+    BuildStatistics said;
+    const std::string full = built(surface, options, &said).metadata;
+    EXPECT_LE(full.size(), 4096U - 256 - 384);
+    EXPECT_GT(full.size(), 3200U);
+    EXPECT_TRUE(std::any_of(said.attributes.begin(), said.attributes.end(), [](const AttributeReport &line) {
+        return line.name == "further cameras" && line.fate == Fate::dropped;
+    }));
+}
+
 } // namespace

@@ -286,6 +286,12 @@ TEST(Gltf, TransformsOfTexturesScaleTurnAndMove) {
     const std::array<glm::vec2, 3> expected{{{0.1F, -1.8F}, {3.1F, 0.2F}, {0.85F, -0.8F}}};
     for (std::size_t i = 0; i < 3; ++i)
         EXPECT_LT(glm::distance(s.texture_corners[0][i], expected[i]), 1e-6F) << i;
+    // The example of the extension: the lower left quadrant of the image.
+    const json quadrant{{"offset", {0, 1}}, {"rotation", 1.5707963267948966}, {"scale", {0.5, 0.5}}};
+    const Surface lower = with_image(image, {{"index", 0}, {"extensions", {{"KHR_texture_transform", quadrant}}}});
+    const std::array<glm::vec2, 3> left{{{0, 0.5F}, {0.5F, 1}, {0.125F, 0.75F}}};
+    for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_LT(glm::distance(lower.texture_corners[0][i], left[i]), 1e-6F) << i;
     const Surface second = with_image(image, {{"index", 0}, {"texCoord", 1}});
     EXPECT_EQ(second.texture_corners[0], (TextureCorners{{{0.5F, 0.5F}, {1, 0}, {0, 1}}}));
     json overruled = turned;
@@ -379,6 +385,131 @@ TEST(Gltf, ANormalMapInTheSpaceOfTheObjectIsLeftOut) {
     EXPECT_EQ(
         with_normal_map({{"index", 0}}, {}, true, test::png_of(8, 1, PNG_FORMAT_RGB, pixels.data())).textures.size(),
         1U);
+}
+
+// A square whose material is `material`; its images 0 and 1 are one texel, {0, 51, 102, 204}, and no image.
+Surface with_reflectance(const json &material) {
+    Glb glb;
+    const auto positions = glb.floats(kSquare, "VEC3", 3), indices = glb.indices({0, 1, 2});
+    const auto places = glb.floats({0, 1, 1, 1, 1, 0, 0, 0}, "VEC2", 2);
+    const Bytes pixels{0, 51, 102, 204};
+    glb.doc["images"] = {{{"bufferView", glb.view(test::png_of(1, 1, PNG_FORMAT_RGBA, pixels.data()))}},
+                         {{"bufferView", glb.view(Bytes{1, 2, 3})}}};
+    glb.doc["textures"] = {{{"source", 0}}, {{"source", 1}}};
+    glb.doc["materials"] = {material};
+    glb.show(
+        {{{"attributes", {{"POSITION", positions}, {"TEXCOORD_0", places}}}, {"indices", indices}, {"material", 0}}});
+    return surface(glb);
+}
+
+TEST(Gltf, RoughnessAndMetalOfImagesAreKept) {
+    const Surface s = with_reflectance(
+        {{"pbrMetallicRoughness",
+          {{"metallicRoughnessTexture", {{"index", 0}}}, {"roughnessFactor", 0.5}, {"metallicFactor", 0.75}}},
+         {"extensions", {{"KHR_materials_specular", {{"specularFactor", 0.5}}}}}});
+    ASSERT_EQ(s.textures.size(), 1U);
+    EXPECT_EQ(s.textures[0].use.content, ImageContent::reflectance);
+    // Roughness 0.1; of the rest metal 0.3 and specular 0.5.
+    EXPECT_EQ(s.textures[0].texels[0], (std::array<std::uint8_t, 4>{26, 69, 115, 255}));
+    EXPECT_EQ(s.layer(Layer::reflectance).ids, (std::vector<std::uint16_t>{0}));
+    EXPECT_EQ(s.layer(Layer::reflectance).corners[0], (TextureCorners{{{0, 1}, {1, 1}, {1, 0}}}));
+    ASSERT_EQ(s.reflectances.size(), 1U);
+    EXPECT_EQ(s.reflectances[0], (Reflectance{0.5, 0.75, 0.5}));
+    EXPECT_TRUE(s.texture_ids.empty() && s.colours.empty());
+}
+
+// Each material gets a copy of its own.
+TEST(Gltf, DarkMetalsReflectLittle) {
+    const auto metal_with = [](const json &metallic) {
+        json described = metallic;
+        described["metallicRoughnessTexture"] = {{"index", 0}};
+        described["roughnessFactor"] = 0;
+        const Surface s = with_reflectance({{"pbrMetallicRoughness", described}});
+        return s.textures[s.layer(Layer::reflectance).ids[0]].texels[0][1];
+    };
+    EXPECT_EQ(metal_with({}), 102);
+    EXPECT_EQ(metal_with({{"baseColorFactor", {0.25, 0.5, 0, 1}}}), 51);
+    // The brightest channel of the image of colours is 102, which is 0.133 in linear light.
+    EXPECT_EQ(metal_with({{"baseColorTexture", {{"index", 0}}}}), 14);
+    EXPECT_EQ(metal_with({{"baseColorTexture", {{"index", 0}, {"texCoord", 1}}}}), 102); // it lies elsewhere
+}
+
+TEST(Gltf, SpecularAndGlossOfImagesAreKept) {
+    json material;
+    json &glossy = material["extensions"]["KHR_materials_pbrSpecularGlossiness"];
+    glossy = {{"specularGlossinessTexture", {{"index", 0}}}, {"glossinessFactor", 0.5}};
+    const Surface s = with_reflectance(material);
+    ASSERT_EQ(s.textures.size(), 1U);
+    EXPECT_EQ(s.textures[0].texels[0][0], 153); // 1 - 0.5 x 204 / 255
+    glossy = {{"glossinessFactor", 0.5}, {"specularFactor", {0.02, 0, 0}}};
+    const Reflectance half = with_reflectance(material).reflectances[0].value();
+    EXPECT_EQ(half.roughness, 0.5);
+    EXPECT_EQ(half.metal, 0);
+    EXPECT_NEAR(half.specular, 0.5, 1e-6);
+    // Without its image, the usual factor would make a mirror.
+    glossy = {{"specularGlossinessTexture", {{"index", 1}}}};
+    const Surface damaged = with_reflectance(material);
+    EXPECT_FALSE(damaged.reflectances[0]);
+    EXPECT_EQ(damaged.materials[0].ks, Material{}.ks);
+    EXPECT_TRUE(says(damaged, "texture image 'images[1]'", Fate::dropped));
+}
+
+TEST(Gltf, UnlitMaterialsHaveNoReflectance) {
+    const Surface s = with_reflectance({{"pbrMetallicRoughness", {{"metallicRoughnessTexture", {{"index", 0}}}}},
+                                        {"extensions", {{"KHR_materials_unlit", json::object()}}}});
+    EXPECT_TRUE(s.textures.empty());
+    EXPECT_FALSE(s.reflectances[0]);
+    EXPECT_TRUE(says(s, "metallicRoughnessTexture of materials", Fate::dropped));
+    EXPECT_EQ(s.materials[0].ka, 1);
+}
+
+TEST(Gltf, ImagesOfRoughnessThatCannotBeReadAreSaid) {
+    for (const json &texture : {json{{"index", 1}}, json{{"index", 7}}, json::object()}) {
+        const Surface s = with_reflectance(
+            {{"pbrMetallicRoughness", {{"metallicRoughnessTexture", texture}, {"roughnessFactor", 0.5}}}});
+        EXPECT_TRUE(s.layer(Layer::reflectance).ids.empty());
+        EXPECT_EQ(std::count_if(s.report.begin(), s.report.end(),
+                                [](const AttributeReport &line) { return line.warning == Warning::missing_image; }),
+                  1);
+        EXPECT_EQ(s.reflectances[0], (Reflectance{0.5, 1, 1})); // the factors count
+    }
+}
+
+TEST(Gltf, CamerasBecomeViews) {
+    Glb glb;
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}, {"indices", glb.indices({0, 1, 2})}}},
+             {{"name", "sheet"}});
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}, {"indices", glb.indices({0, 1, 2})}}},
+             {{"name", "sheet"}});
+    const auto add = [&](const json &node) {
+        glb.doc["nodes"].push_back(node);
+        glb.doc["scenes"][0]["nodes"].push_back(glb.doc["nodes"].size() - 1);
+    };
+    glb.doc["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 0.6}, {"znear", 0.1}}}},
+                          {{"type", "orthographic"}, {"name", "plan"}, {"orthographic", {{"ymag", 2}}}},
+                          {{"type", "perspective"}, {"perspective", {{"yfov", 7}}}}};
+    add({{"camera", 0}, {"name", "front"}, {"translation", {0.5, 0.5, 3}}});
+    add({{"camera", 1}, {"translation", {0.5, 5, 0}}, {"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}}});
+    add({{"camera", 2}, {"translation", {0, 0, 3}}});
+    add({{"camera", 9}});
+    const Surface s = surface(glb);
+    ASSERT_EQ(s.views.size(), 2U);
+    EXPECT_EQ(s.views[0].name, "front");
+    EXPECT_EQ(s.views[0].position, glm::dvec3(0.5, 0.5, 3));
+    EXPECT_LT(glm::distance(s.views[0].focal_point, glm::dvec3(0.5, 0.5, 0)), 1e-9);
+    EXPECT_EQ(s.views[0].up, glm::dvec3(0, 1, 0));
+    EXPECT_EQ(s.views[0].view_angle, 0.6);
+    EXPECT_FALSE(s.views[0].is_orthographic);
+    EXPECT_EQ(s.views[1].name, "plan"); // from above
+    const double distance = glm::distance(s.views[1].focal_point, glm::dvec3(0.5, 5, 0));
+    EXPECT_LT(glm::distance(s.views[1].focal_point, glm::dvec3(0.5, 5 - distance, 0)), 1e-9);
+    EXPECT_LT(glm::distance(s.views[1].up, glm::dvec3(0, 0, -1)), 1e-9);
+    EXPECT_NEAR(std::tan(s.views[1].view_angle / 2) * distance, 2, 1e-9);
+    EXPECT_TRUE(s.views[1].is_orthographic);
+    EXPECT_EQ(s.part_names, (std::vector<std::string>{"sheet"}));
+    EXPECT_TRUE(says(s, "cameras", Fate::kept));
+    EXPECT_TRUE(says(s, "damaged cameras", Fate::dropped));
+    EXPECT_TRUE(says(s, "names of nodes", Fate::kept));
 }
 
 TEST(Gltf, ANormalMapThatCannotBeReadIsSaid) {

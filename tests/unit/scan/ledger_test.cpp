@@ -202,6 +202,8 @@ TEST(Ledger, EveryPartOfGltfHasALine) {
          R"({"extensions":{"CESIUM_RTC":{"center":[1,2,3]}}})", R"({"scenes":[{"nodes":[0]},{"name":"other"}]})",
          R"({"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]},{"primitives":[]}]})",
          R"({"nodes":[{"mesh":0,"rotation":[0,0,0,2]}]})", R"({"nodes":[{"mesh":0,"extras":{}}]})",
+         R"({"nodes":[{"mesh":0,"name":"part"}]})", R"({"cameras":[{}],"nodes":[{"mesh":0,"camera":0}]})",
+         R"({"cameras":[{"type":"perspective","perspective":{"yfov":1}}],"nodes":[{"mesh":0,"camera":0}]})",
          R"({"nodes":[{"mesh":0,"extensions":{"KHR_lights_punctual":{"light":0}}}]})",
          R"({"nodes":[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0}}}}]})",
          R"({"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0},{"mesh":0,"extensions":{"KHR_node_visibility":{"visible":false}}}]})"})
@@ -222,6 +224,9 @@ TEST(Ledger, EveryPartOfGltfHasALine) {
           R"("emissiveTexture":{})", R"("emissiveFactor":[1,0,0])",
           R"("pbrMetallicRoughness":{"metallicRoughnessTexture":{}})", R"("extensions":{"KHR_materials_unlit":{}})",
           R"("extensions":{"KHR_materials_pbrSpecularGlossiness":{}})",
+          R"("extensions":{"KHR_materials_pbrSpecularGlossiness":{"specularGlossinessTexture":{}}})",
+          R"("extensions":{"KHR_materials_specular":{"specularTexture":{}}})",
+          R"("extensions":{"KHR_materials_specular":{"specularColorTexture":{}}})",
           R"("extensions":{"KHR_materials_clearcoat":{}})",
           R"("pbrMetallicRoughness":{"baseColorFactor":[0,0,0,1]},"emissiveFactor":[1,0,0])"})
         expect_said(std::string(R"({"materials":[{)") + more + "}]}");

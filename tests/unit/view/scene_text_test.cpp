@@ -101,7 +101,7 @@ TEST(ModelNotes, NameMaterialsAndLights) {
 TEST(ModelNotes, KeepAView) {
     const SavedView view{{.position = {1, 2, 3.25}, .focal_point = {0, 0.1, 0}, .up = {0, 0, 1}}, 29.3};
     const std::string metadata = R"({"generator":"x","options":{"depth":9}})";
-    const std::string with = value_of(with_view(metadata, view));
+    const std::string with = value_of(with_start_view(metadata, view));
     EXPECT_TRUE(with.starts_with(R"({"generator":"x","options":{"depth":9},"view":{)")) << with;
     const auto read = read_notes(with).view;
     ASSERT_TRUE(read);
@@ -110,12 +110,36 @@ TEST(ModelNotes, KeepAView) {
     EXPECT_EQ(read->camera.up, view.camera.up);
     EXPECT_EQ(read->view_angle, 29.3);
     EXPECT_EQ(read->camera.view_angle, glm::radians(29.3));
-    EXPECT_EQ(value_of(with_view(with, view)), with); // replaced, not added
+    EXPECT_EQ(value_of(with_start_view(with, view)), with); // replaced, not added
     SavedView flat = view;
     flat.camera.orthographic = true;
-    EXPECT_TRUE(read_notes(value_of(with_view(with, flat))).view->camera.orthographic);
+    EXPECT_TRUE(read_notes(value_of(with_start_view(with, flat))).view->camera.orthographic);
     EXPECT_FALSE(read->camera.orthographic);
-    EXPECT_FALSE(with_view("{\"name\":\"" + std::string(4000, 'a') + "\"}", view));
+    EXPECT_FALSE(with_start_view("{\"name\":\"" + std::string(4000, 'a') + "\"}", view));
+}
+
+TEST(ModelViews, AreFoundByName) {
+    const std::string eye = R"("position":[1,2,3],"focal_point":[0,0,0],"up":[0,1,0],"angle":)";
+    const std::string metadata = R"({"views":[{"name":"a",)" + eye + R"(40},{"name":"flat",)" + eye +
+                                 R"(20,"projection":"orthographic"},{"name":"a",)" + eye + R"(10},{)" + eye +
+                                 R"(40},{"name":"blind","position":[0,0,0],"focal_point":[0,0,0],"up":[0,1,0],)" +
+                                 R"("angle":40},7]})";
+    const auto views = named_views(metadata);
+    ASSERT_EQ(views.size(), 3U);
+    EXPECT_EQ(views[1].name, "flat");
+    const SavedView found = value_of(find_view(metadata, "a"));
+    EXPECT_EQ(found.view_angle, 40); // the first one
+    ViewOptions options;
+    options.clip.plane.emplace();
+    options = with_camera(options, value_of(find_view(metadata, "flat")));
+    EXPECT_EQ(options.position, glm::dvec3(1, 2, 3));
+    EXPECT_EQ(options.focal_point, glm::dvec3(0, 0, 0));
+    EXPECT_EQ(options.view_up, glm::dvec3(0, 1, 0));
+    EXPECT_EQ(options.view_angle, 20);
+    EXPECT_TRUE(options.orthographic && options.clip.plane);
+    EXPECT_NE(find_view(metadata, "blind").error().message.find("there are: a, flat, a"), std::string::npos);
+    for (const char *const without : {"", "{", "[]", "{\"views\":{}}", "{\"views\":[]}"})
+        EXPECT_NE(find_view(without, "a").error().message.find("no view with a name"), std::string::npos) << without;
 }
 
 TEST(ModelNotes, IgnoreWhatTheyDoNotUnderstand) {

@@ -2,6 +2,7 @@
 
 #include "pbm_format/model/point_values.h"
 #include "pbm_scan/conventions/colour_range.h"
+#include "pbm_scan/conventions/reflectance.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/text_number.h"
@@ -68,7 +69,7 @@ const Json *emission_of(const Json &material, const glm::vec4 &factor, bool has_
 
 GltfMaterials::GltfMaterials(GltfDocument &document, const ReadOptions &options, Surface &surface,
                              std::vector<AttributeReport> &report)
-    : document_(document), options_(options), images_(surface, report), report_(report) {
+    : document_(document), options_(options), surface_(surface), images_(surface, report), report_(report) {
     const Json *const materials = document_.root("materials");
     ColourCounts counts;
     for (std::size_t i = 0; i < items(materials); ++i)
@@ -83,7 +84,7 @@ GltfMaterials::GltfMaterials(GltfDocument &document, const ReadOptions &options,
     }
 }
 
-std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use) {
+std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use, const std::string &variant) {
     const Json *const described = item(document_.root("images"), image);
     const std::string uri = text_of(described, "uri"), given = text_of(described, "name");
     const std::string name = !uri.empty() && !uri.starts_with("data:") ? uri
@@ -94,7 +95,7 @@ std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use
         return Surface::kNoTexture;
     };
     // The number makes the name unique.
-    const std::string key = std::to_string(image) + "/" + name;
+    const std::string key = variant + std::to_string(image) + "/" + name;
     if (const auto of_view = index_of(described, "bufferView")) {
         const auto view = document_.view(*of_view);
         return view ? images_.of_bytes(key, view->bytes, use) : drop(view.error().message);
@@ -105,7 +106,7 @@ std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use
     return resource ? images_.of_bytes(key, resource->bytes(), use) : drop(resource.error().message);
 }
 
-bool GltfMaterials::read_image(const Json &used, TextureUse use, GltfImage &image) {
+bool GltfMaterials::read_image(const Json &used, TextureUse use, GltfImage &image, const std::string &variant) {
     const Json *const texture = item(document_.root("textures"), index_of(&used, "index").value_or(~std::size_t{0}));
     if (texture == nullptr)
         return false;
@@ -123,7 +124,7 @@ bool GltfMaterials::read_image(const Json &used, TextureUse use, GltfImage &imag
     const Json *const sampler =
         item(document_.root("samplers"), index_of(texture, "sampler").value_or(~std::size_t{0}));
     use.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")};
-    image.texture = load_image(*source, use);
+    image.texture = load_image(*source, use, variant);
     const Json *const transform = member(member(&used, "extensions"), "KHR_texture_transform");
     image.transform = transform_of(transform);
     const auto set = index_of(transform, "texCoord");
@@ -151,6 +152,61 @@ void GltfMaterials::read_normal_map(const Json &used, GltfMaterial &material) {
                      .is_green_down = options_.flip_green},
                     image))
         drop_once(report_, "normalTexture of materials", "it names no image that is read here", Warning::missing_image);
+}
+
+void GltfMaterials::read_reflectance_image(const Json *texture, const char *name, const TextureUse &use,
+                                           GltfMaterial &material) {
+    if (texture == nullptr)
+        return;
+    GltfImage &image = material.layers[static_cast<std::size_t>(Layer::reflectance)];
+    const std::size_t before = surface_.textures.size();
+    // Each image of colours darkens its own copy.
+    const glm::vec3 factor(material.factor);
+    const std::string variant = std::to_string(material.image.texture) + " " + std::to_string(factor.x) + " " +
+                                std::to_string(factor.y) + " " + std::to_string(factor.z) + " ";
+    if (!read_image(*texture, use, image, variant))
+        drop_once(report_, std::string(name) + " of materials", "it names no image that is read here",
+                  Warning::missing_image);
+    if (surface_.textures.size() == before || use.content != ImageContent::roughness_metal)
+        return;
+    const bool is_on_same_places = material.image.texture != Surface::kNoTexture &&
+                                   material.image.coordinates == image.coordinates &&
+                                   material.image.transform == image.transform;
+    darken_metal(surface_.textures.back(), is_on_same_places ? &surface_.textures[material.image.texture] : nullptr,
+                 factor);
+}
+
+void GltfMaterials::read_reflectance(const Json &described, GltfMaterial &material) {
+    const auto share = [](const Json *of, const char *key, double usual) {
+        return std::clamp(number_of(of, key, usual), 0.0, 1.0);
+    };
+    // The strongest channel of a colour.
+    const auto strongest = [](const Json *colour) {
+        const glm::vec4 factor = factor_of(colour);
+        return static_cast<double>(std::max({factor.x, factor.y, factor.z}));
+    };
+    const Json *const extensions = member(&described, "extensions");
+    if (const Json *const glossy = member(extensions, "KHR_materials_pbrSpecularGlossiness")) {
+        const Json *const image = member(glossy, "specularGlossinessTexture");
+        const Reflectance factors{.roughness = share(glossy, "glossinessFactor", 1),
+                                  .specular = strongest(member(glossy, "specularFactor"))};
+        read_reflectance_image(image, "specularGlossinessTexture",
+                               {.content = ImageContent::specular_gloss, .factors = factors}, material);
+        // Without its image, the usual factor of gloss would make a mirror.
+        if (image == nullptr || material.has_image_of(Layer::reflectance))
+            material.reflectance = reflectance_of(factors.specular, factors.roughness);
+    } else {
+        const Json *const metallic = member(&described, "pbrMetallicRoughness");
+        const Json *const specular = member(extensions, "KHR_materials_specular");
+        const Reflectance factors{share(metallic, "roughnessFactor", 1), share(metallic, "metallicFactor", 1),
+                                  share(specular, "specularFactor", 1) *
+                                      strongest(member(specular, "specularColorFactor"))};
+        material.reflectance = factors;
+        read_reflectance_image(member(metallic, "metallicRoughnessTexture"), "metallicRoughnessTexture",
+                               {.content = ImageContent::roughness_metal, .factors = factors}, material);
+    }
+    if (material.reflectance)
+        set_reflectance(*material.reflectance, material.material);
 }
 
 std::uint16_t GltfMaterials::plain_image(const GltfMaterial &material) {
@@ -187,13 +243,6 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
         made.material.kd = made.material.ks = 0;
         if (!std::exchange(has_unlit_, true))
             report_.push_back({"unlit materials", Fate::kept, "ambient reflection alone"});
-    } else if (glossy == nullptr) {
-        const double metal = std::clamp(number_of(metallic, "metallicFactor", 1), 0.0, 1.0);
-        const double rough = std::clamp(number_of(metallic, "roughnessFactor", 1), 0.0, 1.0);
-        made.material.ks = static_cast<float>((1 - rough) * (0.1 + 0.6 * metal));
-        made.material.power =
-            static_cast<float>(std::clamp(2 / std::max(1e-6, rough * rough * rough * rough) - 2, 1.0, 1024.0));
-        made.material.environment = static_cast<float>(0.4 * metal * (1 - rough));
     }
     const std::string mode = text_of(described, "alphaMode");
     if (mode == "MASK")
@@ -203,6 +252,9 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
     const Json *const emissive = emission != nullptr ? member(described, "emissiveTexture") : nullptr;
     if (image != nullptr || emissive != nullptr)
         read_colour_image(image != nullptr ? *image : *emissive, made);
+    const bool is_lit = emission == nullptr && member(extensions, "KHR_materials_unlit") == nullptr;
+    if (is_lit)
+        read_reflectance(*described, made);
     if (const Json *const normals = member(described, "normalTexture"))
         read_normal_map(*normals, made);
     if (mode == "BLEND" && !made.has_image)
@@ -213,15 +265,20 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
         if (member(from, key) != nullptr)
             drop_once(report_, std::string(key) + " of materials", why);
     };
-    drop(described, "occlusionTexture", "not used by PBM");
+    drop(described, "occlusionTexture", "the ambient light of a model is the same everywhere");
     if (emission == nullptr) {
-        drop(described, "emissiveTexture", "not used by PBM");
+        drop(described, "emissiveTexture", "materials with colours of their own emit no light");
         const Json *const light = member(described, "emissiveFactor");
         if (items(light) >= 3 && glm::vec3(factor_of(light)) != glm::vec3(0))
             drop(described, "emissiveFactor", "materials with colours of their own emit no light");
     }
-    drop(metallic, "metallicRoughnessTexture", "PBM has materials, no images of them");
-    drop(glossy, "specularGlossinessTexture", "PBM has materials, no images of them");
+    if (!is_lit) {
+        drop(metallic, "metallicRoughnessTexture", "unlit materials reflect nothing");
+        drop(glossy, "specularGlossinessTexture", "unlit materials reflect nothing");
+    }
+    const Json *const specular = member(extensions, "KHR_materials_specular");
+    drop(specular, "specularTexture", "the factor counts");
+    drop(specular, "specularColorTexture", "the factor counts");
     return made;
 }
 

@@ -24,12 +24,13 @@ struct GltfImage {
 };
 
 struct GltfMaterial {
-    Material material;      // its colour is that of `factor`
-    glm::vec4 factor{1};    // linear
-    float cutoff = 0;       // opacities below it are no surface, where alphaMode is MASK; 0: all are
-    bool is_cut = false;    // alphaMode is MASK or BLEND
-    bool has_image = false; // of the base colour; it may turn out that it cannot be read
-    GltfImage image;        // of the base colour
+    Material material;                        // its colour is that of `factor`
+    std::optional<Reflectance> reflectance{}; // that `material` has; absent: other coefficients
+    glm::vec4 factor{1};                      // linear
+    float cutoff = 0;                         // opacities below it are no surface, where alphaMode is MASK; 0: all are
+    bool is_cut = false;                      // alphaMode is MASK or BLEND
+    bool has_image = false;                   // of the base colour; it may turn out that it cannot be read
+    GltfImage image;                          // of the base colour
     std::array<GltfImage, kLayers> layers;
 
     // Calls `visit` for each image that can be read.
@@ -40,8 +41,8 @@ struct GltfMaterial {
             if (of_layer.texture != Surface::kNoTexture)
                 visit(of_layer);
     }
-    bool has_normal_map() const {
-        return layers[static_cast<std::size_t>(Layer::normals)].texture != Surface::kNoTexture;
+    bool has_image_of(Layer layer) const {
+        return layers[static_cast<std::size_t>(layer)].texture != Surface::kNoTexture;
     }
 };
 
@@ -58,13 +59,17 @@ class GltfMaterials {
 
   private:
     void read_colour_image(const Json &texture, GltfMaterial &material);
+    void read_reflectance(const Json &described, GltfMaterial &material);
+    void read_reflectance_image(const Json *texture, const char *name, const TextureUse &use, GltfMaterial &material);
     void read_normal_map(const Json &texture, GltfMaterial &material);
-    // Loads the image of a texture, which `use` describes but for its wrapping. False: it names none.
-    bool read_image(const Json &used, TextureUse use, GltfImage &image);
-    std::uint16_t load_image(std::size_t image, const TextureUse &use);
+    // Loads the image of a texture, which `use` describes but for its wrapping; once for each `variant`. False: it
+    // names none.
+    bool read_image(const Json &used, TextureUse use, GltfImage &image, const std::string &variant = "");
+    std::uint16_t load_image(std::size_t image, const TextureUse &use, const std::string &variant);
 
     GltfDocument &document_;
     const ReadOptions &options_;
+    Surface &surface_;
     TextureImages images_;
     std::vector<AttributeReport> &report_;
     std::map<std::size_t, GltfMaterial> known_;

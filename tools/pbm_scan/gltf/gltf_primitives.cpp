@@ -123,7 +123,7 @@ void GltfPrimitives::report_attributes(const Json &attributes, const GltfPrimiti
             continue;
         }
         bool is_used = name == "POSITION" || name == "NORMAL" || name == "COLOR_0" || moves ||
-                       (name == "TANGENT" && out.material->has_normal_map());
+                       (name == "TANGENT" && out.material->has_image_of(Layer::normals));
         out.material->for_images(
             [&, &used = name](const GltfImage &image) { is_used = is_used || used == image.coordinates; });
         if (!is_used && index_of(&accessor))
@@ -279,7 +279,7 @@ Status GltfPrimitives::read_plain(Reading &reading, GltfPrimitive &out) {
         return read;
     if (Status read = read_attribute(reading, from, "COLOR_0", 4, out.colours); !read)
         return read;
-    if (out.material->has_normal_map())
+    if (out.material->has_image_of(Layer::normals))
         if (Status read = read_attribute(reading, from, "TANGENT", 4, out.tangents); !read)
             return read;
     Status read_places;
@@ -394,7 +394,7 @@ Status GltfPrimitives::read_compressed(const Json &draco, Reading &reading, Gltf
     want("POSITION", 3, out.positions);
     want("NORMAL", 3, out.normals);
     want("COLOR_0", 4, out.colours);
-    if (out.material->has_normal_map())
+    if (out.material->has_image_of(Layer::normals))
         want("TANGENT", 4, out.tangents);
     out.material->for_images([&](const GltfImage &image) {
         if (out.places.emplace(image.coordinates, std::vector<float>()).second)

@@ -23,11 +23,12 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::array<std::string_view, 13> kExtensions{
+constexpr std::array<std::string_view, 14> kExtensions{
     "KHR_texture_transform",   "KHR_mesh_quantization",   "KHR_materials_unlit", "KHR_draco_mesh_compression",
     "EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_texture_webp",    "KHR_materials_pbrSpecularGlossiness",
     "KHR_texture_basisu", // the image is dropped, and said
-    "KHR_node_visibility",     "EXT_mesh_gpu_instancing", "CESIUM_RTC",          "KHR_gaussian_splatting"};
+    "KHR_node_visibility",     "EXT_mesh_gpu_instancing", "CESIUM_RTC",          "KHR_gaussian_splatting",
+    "KHR_materials_specular"};
 
 // A matrix, and what it makes of normals.
 struct Placing {
@@ -103,6 +104,11 @@ class GltfReader {
             if (points && !surface_.triangles.empty())
                 surface_.points_beside_triangles = surface_.positions.size() - before;
         }
+        surface_.views = views_of(document_, scene->cameras(), surface_.positions, report_);
+        surface_.part_names = scene->names();
+        if (!surface_.part_names.empty())
+            report_.push_back(
+                {"names of nodes", Fate::kept, counted(surface_.part_names.size(), "name") + " of the metadata"});
         return finish();
     }
 
@@ -129,9 +135,8 @@ class GltfReader {
             report_.push_back({"extensions " + listed(known), Fate::kept, "known to PBM"});
         if (additions.has_extras)
             report_.push_back({"extras", Fate::kept, "not needed: data of other programs"});
-        for (const char *unused : {"animations", "cameras"})
-            if (items(document_.root(unused)) != 0)
-                drop_once(report_, unused, "PBM's models stand still");
+        if (items(document_.root("animations")) != 0)
+            drop_once(report_, "animations", "PBM's models stand still");
         return {};
     }
 
@@ -289,6 +294,7 @@ class GltfReader {
         const auto number = static_cast<std::size_t>(found - surface_.materials.begin());
         if (found == surface_.materials.end())
             surface_.materials.push_back(material.material);
+        surface_.reflectances.resize(surface_.materials.size(), material.reflectance);
         materials_of_.resize(surface_.positions.size(), static_cast<std::uint16_t>(number));
         has_colours_ = has_colours_ || !primitive.colours.empty() || material.image.texture != Surface::kNoTexture;
         constexpr float kWhite = 65535;
@@ -382,6 +388,7 @@ class GltfReader {
                 for (const std::uint16_t material : materials_of_)
                     surface_.colours.push_back(surface_.materials[material].colour);
             surface_.materials.clear();
+            surface_.reflectances.clear();
             report_.push_back({"materials", Fate::converted, count});
             return;
         }

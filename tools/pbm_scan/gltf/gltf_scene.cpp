@@ -121,6 +121,15 @@ Status GltfScene::show(const Json &node, const glm::dmat4 &to_scene) {
     return {};
 }
 
+// The camera of a node, or the name of one with a mesh.
+void GltfScene::note_names(const Json &node, const glm::dmat4 &to_scene) {
+    std::string name = text_of(&node, "name");
+    if (const auto camera = index_of(&node, "camera"))
+        cameras_.push_back({*camera, to_scene, name});
+    if (member(&node, "mesh") != nullptr && !name.empty() && known_names_.insert(name).second)
+        names_.push_back(std::move(name));
+}
+
 Status GltfScene::collect(std::vector<AttributeReport> &report) {
     const Json *const nodes = document_->root("nodes"), *const scenes = document_->root("scenes");
     const std::size_t meshes = items(document_->root("meshes"));
@@ -166,9 +175,11 @@ Status GltfScene::collect(std::vector<AttributeReport> &report) {
         if (const auto mesh = index_of(node, "mesh"); mesh && *mesh < meshes)
             has_node_[*mesh] = true;
         hidden_ += visit.is_hidden && member(node, "mesh") != nullptr ? 1U : 0U;
-        if (!visit.is_hidden)
+        if (!visit.is_hidden) {
+            note_names(*node, visit.to_scene);
             if (Status shown = show(*node, visit.to_scene); !shown)
                 return shown;
+        }
         const Json *const children = member(node, "children");
         for (std::size_t i = items(children); i-- > 0;)
             add(children, i, visit);

@@ -2,6 +2,7 @@
 // Based on: Khronos Group. glTF 2.0 Specification. 2021 (sections 3.5 and 3.7.3)
 #pragma once
 
+#include "pbm_scan/gltf/gltf_cameras.h"
 #include "pbm_scan/gltf/gltf_document.h"
 #include "pbm_scan/surface/surface.h"
 
@@ -9,6 +10,8 @@
 
 #include <map>
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
 namespace pbm::build {
@@ -30,6 +33,9 @@ class GltfScene {
     static Result<GltfScene> read(GltfDocument &document, std::vector<AttributeReport> &report);
 
     const std::vector<ShownMesh> &shown() const { return shown_; }
+    const std::vector<CameraNode> &cameras() const { return cameras_; }
+    // Of nodes with meshes that are shown, each once.
+    const std::vector<std::string> &names() const { return names_; }
 
     // Matrices of the joints of a skin, from the mesh to the scene. Valid until the next call.
     //
@@ -40,12 +46,16 @@ class GltfScene {
     explicit GltfScene(GltfDocument &document) : document_(&document) {}
     Status collect(std::vector<AttributeReport> &report);
     Status show(const Json &node, const glm::dmat4 &to_scene);
+    void note_names(const Json &node, const glm::dmat4 &to_scene);
     void find_places();
     void report_unshown(std::vector<AttributeReport> &report) const;
     glm::dmat4 matrix_of(const Json &node);
 
     GltfDocument *document_;
     std::vector<ShownMesh> shown_;
+    std::vector<CameraNode> cameras_;
+    std::vector<std::string> names_;
+    std::set<std::string> known_names_;
     std::vector<bool> has_node_;                            // [meshes] a node of the scene has it
     std::vector<glm::dmat4> places_;                        // [nodes] to the scene, on demand
     std::map<std::size_t, std::vector<glm::dmat4>> joints_; // by skin

@@ -1,6 +1,7 @@
 #include "pbm_scan/images/texture_images.h"
 
 #include "pbm_scan/conventions/normal_maps.h"
+#include "pbm_scan/conventions/reflectance.h"
 #include "pbm_scan/images/read_image.h"
 #include "pbm_scan/text/printable.h"
 #include "system/files/mapped_file.h"
@@ -33,6 +34,10 @@ Texture one_texel(const std::array<std::uint8_t, 4> &texel) { return {.width = 1
 std::string settled(Texture &texture) {
     if (texture.use.content == ImageContent::colours)
         return ", to colours of points";
+    if (texture.use.content == ImageContent::roughness_metal || texture.use.content == ImageContent::specular_gloss) {
+        settle_reflectance(texture);
+        return ", to materials of points";
+    }
     return settle_normals(texture) ? ", heights, to normals of points" : ", to normals of points";
 }
 
@@ -186,13 +191,15 @@ void report_textures(Surface &surface) {
         uses.emplace_back("colours");
     if (!surface.layer(Layer::normals).ids.empty())
         uses.emplace_back("normals");
+    if (!surface.layer(Layer::reflectance).ids.empty())
+        uses.emplace_back("materials");
     if (uses.empty()) {
         surface.report.push_back({"texture coordinates", Fate::dropped, "no image belongs to them"});
         return;
     }
     const auto without = std::count(surface.texture_ids.begin(), surface.texture_ids.end(), Surface::kNoTexture);
     surface.report.push_back({"texture coordinates", Fate::converted,
-                              (uses.size() > 1 ? uses[0] + " and " + uses[1] : uses[0]) + " of points" +
+                              listed(uses, " and ") + " of points" +
                                   (without == 0 ? "" : "; " + std::to_string(without) + " triangles have no image")});
 }
 

@@ -31,11 +31,22 @@ enum class Wrap : std::uint8_t { repeat, mirror, clamp };
 
 inline constexpr float kUsualAlphaCutoff = 0.5; // of a material that cuts holes and names no other
 
+// How a material reflects, as physically based renderers have it; 0..1 each (conventions/reflectance.h).
+struct Reflectance {
+    double roughness = 1;
+    double metal = 0;
+    double specular = 1; // factor of the reflection of what is no metal
+    auto operator<=>(const Reflectance &) const = default;
+};
+
 // What the numbers of an image are.
 enum class ImageContent : std::uint8_t {
     colours,
-    normals, // in the space of tangents: red along the tangent, green upwards in the image, 0..255 for -1..1
-    relief,  // of files: such normals if it is coloured, heights if it is grey (normal_maps.h)
+    normals,         // in the space of tangents: red along the tangent, green upwards in the image, 0..255 for -1..1
+    relief,          // of files: such normals if it is coloured, heights if it is grey (normal_maps.h)
+    reflectance,     // roughness, and its complement times metal and times specular (conventions/reflectance.h)
+    roughness_metal, // of files: green is roughness, blue is metal
+    specular_gloss,  // of files: sRGB of the reflection, opacity is gloss
 };
 
 // How an image looks on triangles.
@@ -50,6 +61,7 @@ struct TextureUse {
     ImageContent content = ImageContent::colours;
     float relief = 1;           // of normals: factor of their red and green; of heights: factor
     bool is_green_down = false; // of normals in files: green points downwards in the image
+    Reflectance factors{};      // of reflectance in files; of specular_gloss: of reflection and gloss (`roughness`)
 
     // `texel`: its opacity, 0..255.
     bool is_hole(std::uint8_t texel) const { return static_cast<float>(texel) * opacity < least_opacity * 255; }
@@ -69,8 +81,8 @@ struct Texture {
 using TextureCorners = std::array<glm::vec2, 3>;
 
 // What images say of triangles besides their colours. Each layer has texture coordinates of its own.
-enum class Layer : std::uint8_t { normals };
-inline constexpr std::size_t kLayers = 1;
+enum class Layer : std::uint8_t { normals, reflectance };
+inline constexpr std::size_t kLayers = 2;
 
 // Its arrays are empty if no triangle has an image.
 struct ImageLayer {
@@ -106,6 +118,14 @@ struct Convention {
     double height_metres = 1;   // of a unit of height, beside degrees
 };
 
+// A camera of the file.
+struct SceneView {
+    std::string name{};                                // UTF-8; may be empty
+    glm::dvec3 position{}, focal_point{}, up{0, 1, 0}; // model space, all finite; `up` is a unit vector
+    double view_angle = 0.5;                           // from bottom to top, radians
+    bool is_orthographic = false;                      // then it spans what the angle spans at the focal point
+};
+
 // Arrays run in parallel with `positions`, or are empty where the input has no such attribute.
 struct Surface {
     std::string name;                         // which of several inputs, for reports; empty where there is only one
@@ -118,8 +138,12 @@ struct Surface {
     std::vector<std::uint8_t> two_sided;      // 1: the point shows both of its sides
     std::vector<std::uint8_t> material_ids;   // < materials.size()
     std::vector<Material> materials;          // empty: the default material
-    std::vector<std::uint16_t> station_ids;   // < stations.size(), or kNoStation
-    std::vector<glm::dvec3> stations;         // where the scanner stood, model units, all finite; at most kNoStation
+    // [materials] what they come from; none: from coefficients. Empty, or some triangles have an image of reflectance.
+    std::vector<std::optional<Reflectance>> reflectances;
+    // [kReflectanceCells] the material of each reflectance of images (images/reflectance_materials.h), or empty.
+    std::vector<std::uint8_t> material_of_cell;
+    std::vector<std::uint16_t> station_ids; // < stations.size(), or kNoStation
+    std::vector<glm::dvec3> stations;       // where the scanner stood, model units, all finite; at most kNoStation
     std::vector<Texture> textures;
     std::vector<TextureCorners> texture_corners; // [triangles]; empty without textures
     std::vector<std::uint16_t> texture_ids;      // [triangles] < textures.size(), or kNoTexture; empty without textures
@@ -132,7 +156,9 @@ struct Surface {
     std::array<std::optional<std::string>, kFieldSlots> field_units; // absent: the file has no such field
     std::vector<std::string> offered_fields;                         // attributes that could be fields
     std::vector<AttributeReport> report;                             // in the order of the file
-    std::string crs; // coordinate reference system, as the file has it; at most kMaxCrsBytes
+    std::vector<SceneView> views;                                    // cameras of the file
+    std::vector<std::string> part_names; // of parts of the file, UTF-8; none twice in a file
+    std::string crs;                     // coordinate reference system, as the file has it; at most kMaxCrsBytes
     Convention convention;
     std::uint64_t dropped_vertices = 0;  // not finite
     std::uint64_t dropped_triangles = 0; // fewer than three different corners, or at a dropped vertex

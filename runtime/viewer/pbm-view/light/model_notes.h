@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pbm_format/model/model.h"
-#include "viewer/navigation/saved_views.h"
+#include "viewer/cameras/model_views.h"
 
 #include <optional>
 #include <string>
@@ -23,10 +23,5 @@ ModelNotes read_notes(std::string_view metadata);
 std::string light_name(const Light &light, std::size_t index);
 // The preset that the material equals, else the one that it was made from, else only its number: "Material 1 (gold)".
 std::string material_name(const Material &material, std::size_t index, const ModelNotes &notes);
-
-// The metadata with this view in place of another one.
-//
-// errors  too_large  longer than 4,096 bytes
-Result<std::string> with_view(std::string_view metadata, const SavedView &view);
 
 } // namespace pbm

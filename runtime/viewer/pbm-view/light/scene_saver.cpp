@@ -20,7 +20,7 @@ Result<ModelEdit> edit_for(const Reader &file, const SceneSave &save) {
     if (parameters.ground && parameters.ground->texture)
         parameters.ground->texture->palette = save.appearance.ground_palette;
     parameters.grid.up = save.up;
-    Result<std::string> metadata = with_view(file.metadata(), save.view);
+    Result<std::string> metadata = with_start_view(file.metadata(), save.view);
     if (!metadata)
         return metadata.error();
     edit.metadata = std::move(*metadata);

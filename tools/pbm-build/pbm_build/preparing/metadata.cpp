@@ -4,9 +4,61 @@
 #include "pbm_scan/conventions/crs.h"
 #include "pbm_scan/surface/refusal.h"
 
+#include <glm/trigonometric.hpp>
 #include <nlohmann/json.hpp>
 
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <utility>
+
 namespace pbm::build {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kRecord = 256;    // bytes for the hashes of source_record.h
+constexpr std::size_t kStartView = 384; // bytes for the view that a window saves
+
+// Adds a value that is not empty to the metadata if `room` bytes stay free, and updates its text. False, and nothing
+// changed: there is no room, or the value is no UTF-8.
+bool add_if_fits(Json &metadata, const char *key, Json value, std::size_t room, std::string &text) {
+    Json with = metadata;
+    with[key] = std::move(value);
+    try {
+        std::string longer = with.dump();
+        if (with[key].empty() || with[key] == "" || longer.size() + room > kMaxMetadataBytes)
+            return false;
+        text = std::move(longer);
+    } catch (const nlohmann::json::exception &) {
+        return false;
+    }
+    metadata = std::move(with);
+    return true;
+}
+
+// A number with twelve digits: with fewer, places of projected coordinates lose millimetres.
+double rounded(double number) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.12g", number);
+    return std::strtod(text.data(), nullptr);
+}
+
+Json as_json(const SceneView &view) {
+    const auto vector = [](const glm::dvec3 &v) { return Json{rounded(v.x), rounded(v.y), rounded(v.z)}; };
+    Json json;
+    if (!view.name.empty())
+        json["name"] = view.name;
+    json["position"] = vector(view.position);
+    json["focal_point"] = vector(view.focal_point);
+    json["up"] = vector(view.up);
+    json["angle"] = rounded(glm::degrees(view.view_angle));
+    if (view.is_orthographic)
+        json["projection"] = "orthographic";
+    return json;
+}
+
+} // namespace
 
 Result<Metadata> make_metadata(const BuildOptions &build, const ScanFacts &scan) {
     const GridRequest &grid = build.grid;
@@ -81,23 +133,23 @@ Result<Metadata> make_metadata(const BuildOptions &build, const ScanFacts &scan)
     if (text.size() > kMaxMetadataBytes)
         return usage("--name, --licence, --credit and the options of the scene are too long: metadata is at most "
                      "4,096 bytes");
-    const std::string &crs = scan.crs;
-    if (crs.empty())
-        return Metadata{std::move(text)};
-    constexpr std::size_t kRecord = 256; // room for the hashes of source_record.h
-    for (const std::string &each : {crs, short_crs(crs)}) {
-        if (each.empty())
-            continue;
-        try {
-            metadata["crs"] = each;
-            std::string with_crs = metadata.dump();
-            if (with_crs.size() + kRecord > kMaxMetadataBytes)
-                continue;
-            return Metadata{std::move(with_crs), true};
-        } catch (const nlohmann::json::exception &) { // NOLINT(bugprone-empty-catch): no UTF-8
-        }
+    Metadata made{std::move(text)};
+    made.has_crs = !scan.crs.empty() && (add_if_fits(metadata, "crs", scan.crs, kRecord, made.text) ||
+                                         add_if_fits(metadata, "crs", short_crs(scan.crs), kRecord, made.text));
+    nlohmann::ordered_json views = nlohmann::ordered_json::array(), names = views;
+    for (const SceneView &view : scan.views) {
+        views.push_back(as_json(view));
+        if (!add_if_fits(metadata, "views", views, kRecord + kStartView, made.text))
+            break;
+        ++made.views;
     }
-    return Metadata{std::move(text)};
+    for (const std::string &name : scan.part_names) {
+        names.push_back(name);
+        if (!add_if_fits(metadata, "parts", names, kRecord + kStartView, made.text))
+            break;
+        ++made.part_names;
+    }
+    return made;
 }
 
 } // namespace pbm::build

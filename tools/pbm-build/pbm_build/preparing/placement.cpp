@@ -52,6 +52,10 @@ void place(Surface &surface, const Placement &placement) {
         p = scale * p + origin;
     for (glm::dvec3 &station : surface.stations)
         station = scale * station + origin;
+    for (SceneView &view : surface.views) {
+        view.position = scale * view.position + origin;
+        view.focal_point = scale * view.focal_point + origin;
+    }
     for (float &radius : surface.radii)
         if (radius > 0)
             radius = static_cast<float>(std::clamp(static_cast<double>(radius) * scale,

@@ -156,6 +156,11 @@ void pose(Surface &surface, const glm::dmat4 &matrix) {
         p = glm::dvec3(matrix * glm::dvec4(p, 1));
     for (glm::dvec3 &station : surface.stations)
         station = glm::dvec3(matrix * glm::dvec4(station, 1));
+    for (SceneView &view : surface.views) {
+        view.position = glm::dvec3(matrix * glm::dvec4(view.position, 1));
+        view.focal_point = glm::dvec3(matrix * glm::dvec4(view.focal_point, 1));
+        view.up = glm::normalize(turn * view.up);
+    }
     for (glm::vec3 &n : surface.normals)
         if (n != glm::vec3(0))
             n = glm::vec3(glm::normalize(of_normals * glm::dvec3(n)));

@@ -167,6 +167,7 @@ Result<Surface> merge_inputs(std::vector<Surface> surfaces, const Run &run) {
     Surface &surface = *merged;
     surface.closed = shows_closed_surface(surface);
     colour_by_materials(surface);
+    set_image_materials(surface, options.scene, threads, statistics);
     statistics.attributes.insert(statistics.attributes.end(), surface.report.begin(), surface.report.end());
     if (options.flip_green && surface.layer(Layer::normals).ids.empty())
         statistics.report(Warning::idle_option, "--flip-green", "no face has a normal map");
@@ -203,15 +204,25 @@ Result<Prepared> prepare(std::vector<Surface> surfaces, const Run &run) {
     if (!fields)
         return fields.error();
     scan.fields = std::move(*fields);
-    Result<Metadata> metadata = make_metadata(
-        options,
-        {.colour = scan.set.colour, .is_uncoloured_cloud = is_uncoloured_cloud(surface, scan.set), .crs = surface.crs});
+    Result<Metadata> metadata = make_metadata(options, {.colour = scan.set.colour,
+                                                        .is_uncoloured_cloud = is_uncoloured_cloud(surface, scan.set),
+                                                        .crs = surface.crs,
+                                                        .views = surface.views,
+                                                        .part_names = surface.part_names});
     if (!metadata)
         return metadata.error();
     scan.metadata = std::move(metadata->text);
     if (!surface.crs.empty())
         statistics.report("coordinate reference system", metadata->has_crs ? Fate::kept : Fate::dropped,
                           metadata->has_crs ? "in the metadata, as \"crs\"" : "the metadata has no room for it");
+
+    const auto report_room = [&](const char *name, std::size_t kept, std::size_t all) {
+        if (kept < all)
+            statistics.report(name, Fate::dropped,
+                              "the metadata has room for " + std::to_string(kept) + " of " + std::to_string(all));
+    };
+    report_room("further cameras", metadata->views, surface.views.size());
+    report_room("further names of nodes", metadata->part_names, surface.part_names.size());
 
     GridRequest request = options.grid;
     request.scan_bytes = statistics.input_bytes;

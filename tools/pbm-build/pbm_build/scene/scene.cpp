@@ -1,6 +1,7 @@
 #include "pbm_build/scene/scene.h"
 
 #include "pbm_bake/shadow_baker.h"
+#include "pbm_build/images/reflectance_materials.h"
 #include "pbm_build/panorama/default_panorama.h"
 #include "pbm_scan/surface/refusal.h"
 #include "pbm_scan/text/printable.h"
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace pbm::build {
 namespace {
@@ -30,13 +32,14 @@ void drop_colours(Surface &surface, BuildStatistics &statistics) {
         statistics.report(Warning::replaced_attribute, "materials", kWhy, surface.name);
     surface.colours.clear();
     for (Texture &texture : surface.textures)
-        if (texture.use.content == ImageContent::colours)
+        if (texture.use.content != ImageContent::normals)
             texture = {};
     surface.texture_ids.clear();
     surface.texture_corners.clear();
     surface.face_colours.clear();
     surface.materials.clear();
     surface.material_ids.clear();
+    drop_reflectances(surface);
 }
 
 // One material replaces all; several replace the 1st, 2nd, ...
@@ -63,7 +66,14 @@ bool replaces_default(const SceneRequest &request) {
     return request.default_material || !request.materials.empty() || request.environment || request.reflects;
 }
 
-void set_reflections(std::vector<Surface> &surfaces, const SceneRequest &request) {
+void drop_reflectance_images(Surface &surface, BuildStatistics &statistics) {
+    if (surface.layer(Layer::reflectance).ids.empty())
+        return;
+    statistics.report(Warning::replaced_attribute, "images of roughness and metal", "--material", surface.name);
+    drop_reflectances(surface);
+}
+
+void set_reflections(std::span<Surface> surfaces, const SceneRequest &request) {
     const auto asks = [](const Material &material) { return material.environment > 0; };
     const bool none_asks = std::none_of(surfaces.begin(), surfaces.end(), [&](const Surface &surface) {
         return std::any_of(surface.materials.begin(), surface.materials.end(), asks);
@@ -224,10 +234,20 @@ void set_materials(std::vector<Surface> &surfaces, const SceneRequest &request, 
             drop_colours(surface, statistics);
         if (surface.materials.empty() && replaces_default(request))
             surface.materials = {request.default_material.value_or(Material{})};
-        if (!request.materials.empty())
+        if (!request.materials.empty()) {
+            drop_reflectance_images(surface, statistics);
             replace_materials(surface, request.materials, statistics);
+        }
     }
     set_reflections(surfaces, request);
+}
+
+void set_image_materials(Surface &surface, const SceneRequest &request, int threads, BuildStatistics &statistics) {
+    const std::size_t of_ground = request.ground ? 1 : 0;
+    choose_reflectances(surface, request.default_material.value_or(Material{}), kMaxMaterials - of_ground, threads,
+                        statistics);
+    if (!surface.material_of_cell.empty())
+        set_reflections({&surface, 1}, request);
 }
 
 Result<Scene> place_scene(const SceneRequest &request, const Grid &grid, std::span<const MortonCode> codes,

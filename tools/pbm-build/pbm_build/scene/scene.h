@@ -65,6 +65,10 @@ struct SceneRequest {
 // where the request ignores them. The report names what was replaced.
 void set_materials(std::vector<Surface> &surfaces, const SceneRequest &request, BuildStatistics &statistics);
 
+// Makes materials of the images of reflectance of all inputs (reflectance_materials.h), with room for that of the
+// ground plane, and the request's reflections.
+void set_image_materials(Surface &surface, const SceneRequest &request, int threads, BuildStatistics &statistics);
+
 // The scene as the file stores it, and the parameters of its shadows.
 struct Scene {
     ModelFrame frame;

@@ -44,6 +44,18 @@ std::vector<Material> all_materials(const std::vector<Surface> &surfaces) {
     return all;
 }
 
+// Those of `materials`, from the first surface that has each.
+std::vector<std::optional<Reflectance>> all_reflectances(const std::vector<Surface> &surfaces,
+                                                         const std::vector<Material> &materials) {
+    std::vector<std::optional<Reflectance>> all(materials.size());
+    for (std::size_t k = 0; k < all.size(); ++k)
+        for (const Surface &surface : surfaces)
+            for (std::size_t i = 0; i < surface.reflectances.size() && !all[k]; ++i)
+                if (surface.materials[i] == materials[k])
+                    all[k] = surface.reflectances[i];
+    return all;
+}
+
 // Gives `surface` the arrays of `has`, and numbers its materials as in `materials`.
 void adapt(Surface &surface, const Surface &has, const std::vector<Material> &materials) {
     const std::size_t count = surface.positions.size();
@@ -199,12 +211,15 @@ Result<Surface> merge_surfaces(std::vector<Surface> surfaces, int threads) {
         return unsupported(std::to_string(merged.materials.size()) +
                            " different materials in all, a .pbvg file holds " + std::to_string(kMaxMaterials) +
                            "; merge some of them");
+    merged.reflectances = all_reflectances(surfaces, merged.materials);
     reserve(merged, vertices, triangles, has);
     for (Surface &surface : surfaces) {
         adapt(surface, has, merged.materials);
         merged.report.insert(merged.report.end(), surface.report.begin(), surface.report.end());
         merged.offered_fields.insert(merged.offered_fields.end(), surface.offered_fields.begin(),
                                      surface.offered_fields.end());
+        merged.views.insert(merged.views.end(), surface.views.begin(), surface.views.end());
+        merged.part_names.insert(merged.part_names.end(), surface.part_names.begin(), surface.part_names.end());
         for (std::size_t slot = 0; slot < kFieldSlots; ++slot)
             if (!merged.field_units[slot])
                 merged.field_units[slot] = surface.field_units[slot];

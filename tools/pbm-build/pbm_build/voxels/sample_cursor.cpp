@@ -1,5 +1,6 @@
 #include "pbm_build/voxels/sample_cursor.h"
 
+#include "pbm_build/images/reflectance_materials.h"
 #include "pbm_build/lattice/lattice_triangle.h"
 
 #include <glm/geometric.hpp>
@@ -90,7 +91,19 @@ void SampleCursor::load(std::uint32_t source) {
         for (std::size_t c = 0; c < 3 && image_.is_faded(); ++c)
             opacities_[c] = 1 - sampler_.surface_.transparencies[vertices_[c]] / 255.0;
     }
-    load_relief(source, {order[0]->number, order[1]->number, order[2]->number});
+    const std::array<std::size_t, 3> numbers{order[0]->number, order[1]->number, order[2]->number};
+    load_relief(source, numbers);
+    load_reflectance(source, numbers);
+}
+
+void SampleCursor::load_reflectance(std::uint32_t source, const std::array<std::size_t, 3> &corners) {
+    const ImageLayer &layer = sampler_.surface_.layer(Layer::reflectance);
+    const TexturePyramid *const image = sampler_.image_of(layer.ids, source);
+    has_reflectance_ = image != nullptr;
+    if (!has_reflectance_)
+        return;
+    const TextureCorners &places = layer.corners[source];
+    reflectance_.set(*image, {places[corners[0]], places[corners[1]], places[corners[2]]}, triangle_.corners);
 }
 
 void SampleCursor::load_relief(std::uint32_t source, const std::array<std::size_t, 3> &corners) {
@@ -185,6 +198,13 @@ void SampleCursor::take_relief(std::size_t row, SampleRows &rows) const {
     rows.mixed.normals.is_rounded[row] = 0;
 }
 
+// The material that is nearest to what the image says.
+void SampleCursor::take_reflectance(std::size_t row, SampleRows &rows) const {
+    const auto &weights = rows.mixed.weights;
+    if (const auto texel = reflectance_.colour({weights[0][row], weights[1][row], weights[2][row]}))
+        rows.rest[row].material = sampler_.surface_.material_of_cell[reflectance_cell(*texel)];
+}
+
 void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end,
                                  SampleRows &rows) const {
     triangle_.mix(block_centre, first, end, rows.mixed);
@@ -202,6 +222,8 @@ void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t fir
         const auto nearest = std::max_element(of_corners.begin(), of_corners.end()) - of_corners.begin();
         rows.rest[row].material = materials_[static_cast<std::size_t>(nearest)];
     }
+    for (std::size_t row = first; row < end && has_reflectance_; ++row)
+        take_reflectance(row, rows);
 }
 
 void SampleCursor::take(std::span<const Hit> hits, const glm::ivec3 &block, SampleRows &rows) {

@@ -33,6 +33,8 @@ class SampleCursor {
     void take_image_colour(std::size_t row, SampleRows &rows) const;
     void load_relief(std::uint32_t source, const std::array<std::size_t, 3> &corners);
     void take_relief(std::size_t row, SampleRows &rows) const;
+    void load_reflectance(std::uint32_t source, const std::array<std::size_t, 3> &corners);
+    void take_reflectance(std::size_t row, SampleRows &rows) const;
     void take_fields(std::size_t row, SampleRows &rows) const;
     void take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end, SampleRows &rows) const;
 
@@ -49,6 +51,8 @@ class SampleCursor {
     std::array<double, 3> opacities_{}; // of its corners, where they fade the image
     bool has_relief_ = false;
     TriangleTexture relief_;
+    bool has_reflectance_ = false;
+    TriangleTexture reflectance_;
     std::array<glm::dvec3, 3> tangents_{}; // of its corners
     double sense_ = 1;                     // of the third direction of the normal map, normal x tangent
 };

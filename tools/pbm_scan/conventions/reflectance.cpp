@@ -1,0 +1,68 @@
+#include "pbm_scan/conventions/reflectance.h"
+
+#include "pbm_format/model/point_values.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+namespace pbm::build {
+namespace {
+
+std::uint8_t share_to_byte(double share) { return static_cast<std::uint8_t>(std::floor(share * 255 + 0.5)); }
+
+} // namespace
+
+void set_reflectance(const Reflectance &reflectance, Material &material) {
+    const double rough = reflectance.roughness;
+    material.ks = static_cast<float>((1 - rough) * (0.1 * reflectance.specular + 0.6 * reflectance.metal));
+    material.power = static_cast<float>(std::clamp(2 / std::max(1e-6, rough * rough * rough * rough) - 2, 1.0, 1024.0));
+    material.environment = static_cast<float>(0.4 * reflectance.metal * (1 - rough));
+}
+
+Reflectance reflectance_of(double specular, double gloss) {
+    constexpr double kUsual = 0.04; // of what is no metal
+    return {.roughness = 1 - gloss,
+            .metal = std::clamp((specular - kUsual) / (1 - kUsual), 0.0, 1.0),
+            .specular = std::min(specular / kUsual, 1.0)};
+}
+
+void settle_reflectance(Texture &image) {
+    const Reflectance factors = image.use.factors;
+    const std::span<const std::uint16_t> linear = linear_table();
+    for (auto &texel : image.texels) {
+        const double brightest = linear[std::max({texel[0], texel[1], texel[2]})] / 65535.0;
+        const Reflectance here =
+            image.use.content == ImageContent::specular_gloss
+                ? reflectance_of(factors.specular * brightest, factors.roughness * (texel[3] / 255.0))
+                : Reflectance{factors.roughness * (texel[1] / 255.0), factors.metal * (texel[2] / 255.0),
+                              factors.specular};
+        const double smooth = 1 - here.roughness;
+        texel = {share_to_byte(here.roughness), share_to_byte(smooth * here.metal),
+                 share_to_byte(smooth * here.specular), 255};
+    }
+    image.use.content = ImageContent::reflectance;
+    image.use.factors = {};
+}
+
+void darken_metal(Texture &image, const Texture *colours, const glm::vec3 &factor) {
+    const std::span<const std::uint16_t> linear = linear_table();
+    const auto brightest = [&](std::size_t x, std::size_t y) {
+        std::array<std::uint8_t, 4> texel{255, 255, 255, 255};
+        if (colours != nullptr)
+            texel =
+                colours->texels[y * colours->height / image.height * colours->width + x * colours->width / image.width];
+        double most = 0;
+        for (std::size_t c = 0; c < 3; ++c)
+            most = std::max(most, static_cast<double>(factor[static_cast<int>(c)]) * (linear[texel[c]] / 65535.0));
+        return most;
+    };
+    for (std::size_t y = 0; y < image.height; ++y)
+        for (std::size_t x = 0; x < image.width; ++x) {
+            std::uint8_t &metal = image.texels[y * image.width + x][1];
+            metal = share_to_byte(metal / 255.0 * brightest(x, y));
+        }
+}
+
+} // namespace pbm::build
