@@ -384,10 +384,10 @@ describe("sources", () => {
     test("an address of http: that a page of https: may not load is named", async () => {
         globalThis.origin = "https://museum.example";
         try {
-            const isOver = (source, store, { failures }) => failures.length > 0;
+            const isOver = (source, store, { failures, waits }) => failures.length + waits.length > 0;
             const open = (_, ...rest) => openUrl("http://scans.invalid/lion.pbvg?token=secret", ...rest);
             const { failures } = await follow(null, isOver, { open });
-            assert.equal(failures[0].message, "lion.pbvg is not loaded: a page of https: may not load from http:.");
+            assert.equal(failures[0]?.message, "lion.pbvg is not loaded: a page of https: may not load from http:.");
         } finally {
             delete globalThis.origin;
         }

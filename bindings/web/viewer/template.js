@@ -71,7 +71,7 @@ canvas, #paper { display: block; object-fit: contain; }
     .button, #bar, #notice, #prompt { display: none !important; }
     #paper.ready { display: block; }
     canvas:has(~ #paper.ready) { visibility: hidden; }
-    #about ~ #credit { display: block; bottom: 0; max-width: 100%; }
+    #about ~ #credit { display: block !important; bottom: 0; max-width: 100%; }
     #credit bdi { color: #000; background: #fff; }
 }
 `;

@@ -454,7 +454,8 @@ class ViewWorker {
     #end(error) {
         this.#over = true;
         this.#source.close();
-        this.#reportError(error, true);
+        // The reader's words of a file that is cut short are for those who examine files.
+        this.#reportError(error.name === "header.size" && this.#isCut() ? this.#cutError() : error, true);
     }
 }
 
