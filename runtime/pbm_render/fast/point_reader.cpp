@@ -120,21 +120,30 @@ void PointReader::read_by_normal(const Batch &batch, const CoveredPixels &pixels
                                  PointRow &row) const {
     const FrameGeometry &geometry = frame.geometry;
     const float ray_y = (static_cast<float>(y) + 0.5F - geometry.middle_y) * geometry.inverse_focal;
-    for (std::size_t i = 0; i < batch.count; ++i) {
-        const std::size_t at = batch.first + i, of = material(*batch.from[i], batch.point[i]);
-        const std::uint16_t stored = batch.normal(i);
-        std::size_t normal = stored & kNormalIndexMask;
-        const EyeNormal &n = geometry.normals[normal];
-        const float ray_x = (static_cast<float>(pixels.x[at]) + 0.5F - geometry.middle_x) * geometry.inverse_focal;
-        if ((stored & kTwoSidedBit) != 0 && n.x * ray_x + n.y * ray_y + n.z > 0)
-            normal ^= kOppositeNormal;
-        if (frame.shader.has_shaded_normals()) {
-            row.colour[at] = frame.shader.shaded(of, normal);
-        } else {
+    const auto read_all = [&](const auto &take) { // take(pixel of the row, material, normal)
+        for (std::size_t i = 0; i < batch.count; ++i) {
+            const std::size_t at = batch.first + i, of = material(*batch.from[i], batch.point[i]);
+            const std::uint16_t stored = batch.normal(i);
+            std::size_t normal = stored & kNormalIndexMask;
+            if ((stored & kTwoSidedBit) != 0) {
+                const EyeNormal &n = geometry.normals[normal];
+                const float ray_x =
+                    (static_cast<float>(pixels.x[at]) + 0.5F - geometry.middle_x) * geometry.inverse_focal;
+                if (n.x * ray_x + n.y * ray_y + n.z > 0)
+                    normal ^= kOppositeNormal;
+            }
+            take(at, of, normal);
+        }
+    };
+    if (frame.shader.has_shaded_normals())
+        read_all([&frame, colours = row.colour.data()](std::size_t at, std::size_t of, std::size_t normal) {
+            colours[at] = frame.shader.shaded(of, normal);
+        });
+    else
+        read_all([&](std::size_t at, std::size_t of, std::size_t normal) {
             row.mirrored[at] = frame.shader.mirrored(normal);
             row.mirrored[at][3] = frame.appearance.materials[of].environment;
-        }
-    }
+        });
 }
 
 } // namespace pbm

@@ -5,7 +5,6 @@
 #include "pbm_render/fine/surface_buffer.h"
 #include "pbm_render/picture/framebuffer.h"
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>

@@ -109,6 +109,7 @@ TEST(ChosenCounts, CountsThePixelsAboveAndLeft) {
     };
     EXPECT_TRUE(touches(0, kSumsWidth, 0, 40));
     EXPECT_TRUE(touches(kX + 1, kX + 2, kY + 1, kY + 2)); // the outermost sample of the pixel beside it
+    EXPECT_TRUE(touches(kX - 1, kX, kY - 1, kY));
     EXPECT_FALSE(touches(kX + 2, kX + 3, kY, kY + 1));
     EXPECT_FALSE(touches(kX, kX + 1, kY + 2, kY + 3));
     EXPECT_FALSE(touches(0, 1, 0, 40)); // those outside the strip do not count
