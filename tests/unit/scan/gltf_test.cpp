@@ -801,6 +801,11 @@ TEST(Gltf, EmissionIsTheColourOfWhatIsBlackOtherwise) {
     EXPECT_EQ(s.colours[0], (Rgb8{255, 255, 255}));
     EXPECT_EQ(s.materials[0].ka, 1);
     EXPECT_TRUE(says(s, "emission of materials", Fate::converted));
+    json &described = glb.doc["materials"][0];
+    described["emissiveFactor"] = {0.125, 0.25, 0.5};
+    described["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = 4;
+    EXPECT_EQ(surface(glb).colours[0], (Rgb8{188, 255, 255}));
+    described.erase("extensions");
     glb.doc["materials"][0].erase("pbrMetallicRoughness");
     EXPECT_TRUE(surface(glb).textures.empty());
     EXPECT_TRUE(says(surface(glb), "emissiveTexture of materials", Fate::dropped));

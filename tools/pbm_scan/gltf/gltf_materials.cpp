@@ -7,6 +7,8 @@
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/text_number.h"
 
+#include <glm/common.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -230,7 +232,10 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
     made.factor = factor_of(colour_factor(*described), static_cast<double>(white_));
     const Json *const emission = emission_of(*described, made.factor, image != nullptr);
     if (emission != nullptr) {
-        made.factor = glm::vec4(glm::vec3(factor_of(emission)), made.factor.w);
+        const double strength = std::clamp(
+            number_of(member(extensions, "KHR_materials_emissive_strength"), "emissiveStrength", 1), 0.0, 1e6);
+        const glm::vec3 light = static_cast<float>(strength) * glm::vec3(factor_of(emission));
+        made.factor = glm::vec4(glm::min(light, glm::vec3(1)), made.factor.w);
         report_once(report_, {kEmission, Fate::converted, "the colours of materials whose own are black"});
     }
     for (std::size_t i = 0; i < 3; ++i)

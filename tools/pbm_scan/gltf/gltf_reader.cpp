@@ -23,12 +23,21 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::array<std::string_view, 14> kExtensions{
-    "KHR_texture_transform",   "KHR_mesh_quantization",   "KHR_materials_unlit", "KHR_draco_mesh_compression",
-    "EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_texture_webp",    "KHR_materials_pbrSpecularGlossiness",
-    "KHR_texture_basisu", // the image is dropped, and said
-    "KHR_node_visibility",     "EXT_mesh_gpu_instancing", "CESIUM_RTC",          "KHR_gaussian_splatting",
-    "KHR_materials_specular"};
+constexpr std::array<std::string_view, 15> kExtensions{"KHR_texture_transform",
+                                                       "KHR_mesh_quantization",
+                                                       "KHR_materials_unlit",
+                                                       "KHR_draco_mesh_compression",
+                                                       "EXT_meshopt_compression",
+                                                       "KHR_meshopt_compression",
+                                                       "EXT_texture_webp",
+                                                       "KHR_materials_pbrSpecularGlossiness",
+                                                       "KHR_texture_basisu", // the image is dropped, and said
+                                                       "KHR_node_visibility",
+                                                       "EXT_mesh_gpu_instancing",
+                                                       "CESIUM_RTC",
+                                                       "KHR_gaussian_splatting",
+                                                       "KHR_materials_specular",
+                                                       "KHR_materials_emissive_strength"};
 
 // A matrix, and what it makes of normals.
 struct Placing {
