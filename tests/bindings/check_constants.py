@@ -53,7 +53,8 @@ NAMES = {
 # Structures: classes of _library.py and names in structures.js.
 STRUCTURES = {
     "pbm_error": ("ErrorDetails", "ERROR"), "pbm_info": ("Info", "INFO"), "pbm_field": ("Field", None),
-    "pbm_points": ("Points", None), "pbm_camera": ("Camera", "CAMERA"), "pbm_render_options": ("RenderOptions", "OPTIONS"),
+    "pbm_points": ("Points", None), "pbm_sides": ("Sides", None),
+    "pbm_camera": ("Camera", "CAMERA"), "pbm_render_options": ("RenderOptions", "OPTIONS"),
     "pbm_picture": ("Picture", "PICTURE"), "pbm_finding": ("Finding", "FINDING"),
     "pbm_validation": ("Validation", "VALIDATION"), "pbm_arrays": ("Arrays", None),
 }
