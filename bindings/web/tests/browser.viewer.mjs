@@ -537,6 +537,10 @@ describe("the page", () => {
             await page.waitForFunction(
                 () => getComputedStyle(viewer.shadowRoot.getElementById("poster")).opacity === "0",
             );
+            // What is computed is on the screen two frames later.
+            await page.evaluate(
+                () => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn))),
+            );
             const clip = { x: 0, y: 0, width: 320, height: 200 };
             const shown = await pictureOf(page, await page.screenshot({ clip }));
             const { pixels } = await pictureOf(page);
