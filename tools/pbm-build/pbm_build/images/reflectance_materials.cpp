@@ -271,6 +271,7 @@ void choose_reflectances(Surface &surface, const Material &usual, std::size_t ma
     const std::vector<Centre> centres = centres_of(spots, max_materials - fixed.size(), error);
     std::vector<Material> materials;
     std::vector<std::uint8_t> of_centre;
+    of_centre.reserve(centres.size());
     for (const Centre &centre : centres)
         of_centre.push_back(number_of(material_at(centre, base), materials));
     surface.material_of_cell.resize(kReflectanceCells);
