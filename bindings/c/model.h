@@ -94,6 +94,23 @@ Status check_level(const OpenModel &model, int level);
 // Error of arrays of the caller that are too small.
 Error no_room(std::uint64_t capacity, std::uint64_t points);
 
+// Counts points of a level: `count` takes the model and the level, and returns a Result<std::uint64_t>.
+template <class Count>
+pbm_code count_level(pbm_model *model, std::int32_t level, std::uint64_t *points, pbm_error *error,
+                     const Count &count) {
+    return guarded(error, [&] {
+        return models().use(model, "model", [&](OpenModel &open) -> Status {
+            if (points == nullptr)
+                return usage("points is null");
+            const Result<std::uint64_t> counted = count(open, level);
+            if (!counted)
+                return counted.error();
+            *points = *counted;
+            return {};
+        });
+    });
+}
+
 // Fetches what load_points needs of levels 1 .. `level`, and drops their stored chunks again. Throws Pending.
 Status fetch_levels(OpenModel &model, int level);
 void drop_levels(const OpenModel &model, int level);

@@ -200,17 +200,7 @@ using namespace pbm;
 using namespace pbm::c_api;
 
 pbm_code pbm_count_points(pbm_model *model, int32_t level, uint64_t *points, pbm_error *error) {
-    return guarded(error, [&] {
-        return models().use(model, "model", [&](OpenModel &open) -> Status {
-            if (points == nullptr)
-                return usage("points is null");
-            const Result<std::uint64_t> count = count_points(open, level);
-            if (!count)
-                return count.error();
-            *points = *count;
-            return {};
-        });
-    });
+    return count_level(model, level, points, error, count_points);
 }
 
 pbm_code pbm_read_points(pbm_model *model, int32_t level, const pbm_points *points, uint64_t *written,

@@ -11,26 +11,31 @@
 namespace pbm::c_api {
 namespace {
 
-Result<Sides> sides_of(OpenModel &model, std::int32_t level) {
-    if (Status checked = check_level(model, level); !checked)
-        return std::move(checked).error();
-    if (level > 0) {
-        if (const auto directory = model.directory(level); !directory)
-            return directory.error();
-        const SideReader sides(model.reader);
-        const std::array ranges{sides.directory_range(level), sides.values_range(level)};
-        if (sides.has(level))
-            if (Status fetched = model.bytes.require(ranges); !fetched)
-                return std::move(fetched).error();
-    }
-    return load_sides(model.reader, level);
+// Fetches what the sides of a level need.
+Status fetch_sides(OpenModel &model, std::int32_t level) {
+    if (Status checked = check_level(model, level); !checked || level == 0)
+        return checked;
+    if (const auto directory = model.directory(level); !directory)
+        return directory.error();
+    const SideReader sides(model.reader);
+    if (!sides.has(level))
+        return {};
+    return model.bytes.require(std::array{sides.directory_range(level), sides.values_range(level)});
+}
+
+Result<std::uint64_t> count_points_with_sides(OpenModel &model, std::int32_t level) {
+    if (Status fetched = fetch_sides(model, level); !fetched)
+        return std::move(fetched).error();
+    return count_sides(model.reader, level);
 }
 
 Status read_sides(OpenModel &model, std::int32_t level, const pbm_sides *sides, std::uint64_t *written) {
     const Result<pbm_sides> to = read_structure(sides, "sides");
     if (!to)
         return to.error();
-    const Result<Sides> all = sides_of(model, level);
+    if (Status fetched = fetch_sides(model, level); !fetched)
+        return fetched;
+    const Result<Sides> all = load_sides(model.reader, level);
     if (!all)
         return all.error();
     if (to->capacity < all->size())
@@ -54,17 +59,7 @@ using namespace pbm;
 using namespace pbm::c_api;
 
 pbm_code pbm_count_sides(pbm_model *model, int32_t level, uint64_t *points, pbm_error *error) {
-    return guarded(error, [&] {
-        return models().use(model, "model", [&](OpenModel &open) -> Status {
-            if (points == nullptr)
-                return usage("points is null");
-            const Result<Sides> sides = sides_of(open, level);
-            if (!sides)
-                return sides.error();
-            *points = sides->size();
-            return {};
-        });
-    });
+    return count_level(model, level, points, error, count_points_with_sides);
 }
 
 pbm_code pbm_read_sides(pbm_model *model, int32_t level, const pbm_sides *sides, uint64_t *written, pbm_error *error) {

@@ -28,6 +28,12 @@ Reflectance reflectance_of(double specular, double gloss) {
             .specular = std::min(specular / kUsual, 1.0)};
 }
 
+ReflectanceTexel texel_of(const Reflectance &reflectance) {
+    const double smooth = 1 - reflectance.roughness;
+    return {share_to_byte(reflectance.roughness), share_to_byte(smooth * reflectance.metal),
+            share_to_byte(smooth * reflectance.specular)};
+}
+
 void settle_reflectance(Texture &image) {
     const Reflectance factors = image.use.factors;
     const std::span<const std::uint16_t> linear = linear_table();
@@ -38,9 +44,8 @@ void settle_reflectance(Texture &image) {
                 ? reflectance_of(factors.specular * brightest, factors.roughness * (texel[3] / 255.0))
                 : Reflectance{factors.roughness * (texel[1] / 255.0), factors.metal * (texel[2] / 255.0),
                               factors.specular};
-        const double smooth = 1 - here.roughness;
-        texel = {share_to_byte(here.roughness), share_to_byte(smooth * here.metal),
-                 share_to_byte(smooth * here.specular), 255};
+        const auto [roughness, metal, specular] = texel_of(here);
+        texel = {roughness, metal, specular, 255};
     }
     image.use.content = ImageContent::reflectance;
     image.use.factors = {};

@@ -7,6 +7,9 @@
 
 #include <glm/vec3.hpp>
 
+#include <array>
+#include <cstdint>
+
 namespace pbm::build {
 
 // Sets coefficient and exponent of the reflection of lights, and the share of a panorama's reflection. A metal reflects
@@ -15,6 +18,10 @@ void set_reflectance(const Reflectance &reflectance, Material &material);
 
 // A reflection of `specular` (0..1, linear; of most surfaces 0.04) that is as sharp as `gloss`, 0..1.
 Reflectance reflectance_of(double specular, double gloss);
+
+// A texel of images of `reflectance`, without its opacity.
+using ReflectanceTexel = std::array<std::uint8_t, 3>;
+ReflectanceTexel texel_of(const Reflectance &reflectance);
 
 // Makes `image`, whose content is `roughness_metal` or `specular_gloss`, one of `reflectance`.
 void settle_reflectance(Texture &image);

@@ -2,14 +2,13 @@
 
 #include "pbm_build/images/texture_pyramid.h"
 #include "pbm_scan/conventions/reflectance.h"
-#include "pbm_scan/text/text_lines.h"
+#include "pbm_scan/text/printable.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <span>
 #include <string>
 #include <tuple>
@@ -25,7 +24,6 @@ constexpr std::int64_t kFine = 16;      // steps of a centre in one of a texel
 constexpr std::array<std::int64_t, 3> kImportance{16, 16, 1};
 constexpr std::int64_t kAllImportance = 16;
 
-using ReflectanceTexel = std::array<std::uint8_t, 3>;
 using Centre = std::array<std::int64_t, 3>; // in 1 / kFine of a texel's steps
 
 // What a surface shows of a cell. Integers, so that no order matters.
@@ -47,12 +45,6 @@ struct Spot {
 
 std::size_t cell_of(const ReflectanceTexel &texel) {
     return reflectance_cell({texel[0] * kByteStep, texel[1] * kByteStep, texel[2] * kByteStep});
-}
-
-ReflectanceTexel texel_of(const Reflectance &reflectance) {
-    const auto byte = [](double share) { return static_cast<std::uint8_t>(std::floor(share * 255 + 0.5)); };
-    const double smooth = 1 - reflectance.roughness;
-    return {byte(reflectance.roughness), byte(smooth * reflectance.metal), byte(smooth * reflectance.specular)};
 }
 
 // The material that a centre stands for.
@@ -238,12 +230,6 @@ std::vector<Material> fixed_materials(const Surface &surface, const Material &us
     return fixed;
 }
 
-std::string percent(double share) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.1f %%", 100 * share);
-    return text.data();
-}
-
 } // namespace
 
 void drop_reflectances(Surface &surface) {
@@ -299,7 +285,7 @@ void choose_reflectances(Surface &surface, const Material &usual, std::size_t ma
     surface.materials = std::move(materials);
     statistics.report("materials", Fate::converted,
                       counted(surface.materials.size(), "material") + " of images of roughness and metal, " +
-                          percent(error) + " from them (root of the mean square)");
+                          formatted("%.1f %% from them (root of the mean square)", 100 * error));
     if (surface.materials.size() == 1) {
         surface.material_ids.clear();
         surface.material_of_cell.clear();
