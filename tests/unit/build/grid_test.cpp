@@ -252,11 +252,43 @@ TEST(GridChoice, AMeshGetsVoxelsOfAPixelOfTheFirstView) {
         for (const glm::uvec3 &t : one.triangles)
             stack.triangles.push_back(t + first);
     }
-    const double bytes = estimated_bytes(relative_area(stack, bounds_of(stack), 1), 0, false, 10);
+    const double bytes = estimated_bytes(relative_area(stack, bounds_of(stack), 1), 0, 0, 10);
     EXPECT_GT(bytes, kMinBudget);
     EXPECT_LT(depth_of(stack), 10);
     EXPECT_LT(depth_of(stack, static_cast<std::uint64_t>(bytes) - 1), 10);
     EXPECT_EQ(depth_of(stack, static_cast<std::uint64_t>(bytes) + 1), 10);
+}
+
+TEST(GridChoice, ColoursCountAsMuchAsTheyChange) {
+    Surface surface = sheet(20);
+    const Bounds bounds = bounds_of(surface);
+    const std::vector<ShortNormal> normals(surface.positions.size(), to_short_normal({0, 0, 1}));
+    const auto depth_of = [&](std::uint64_t scan_bytes) {
+        GridRequest request;
+        request.scan_bytes = scan_bytes;
+        return value_of(choose_grid(surface, bounds, normals, request, 2)).grid.depth;
+    };
+    EXPECT_EQ(colour_change(surface, bounds, 0.5, 2), 0);
+    const int plain = depth_of(0);
+    surface.colours.assign(surface.positions.size(), Rgb8{200, 40, 40});
+    EXPECT_EQ(colour_change(surface, bounds, 0.5, 2), 0);
+    EXPECT_EQ(depth_of(0), plain); // one colour takes no bytes
+
+    for (std::size_t i = 0; i < surface.colours.size(); ++i)
+        if (surface.positions[i].x > 9.5)
+            surface.colours[i] = {200, 40, 91}; // 0.2 of a channel more, along 1 of 20 columns
+    const double change = colour_change(surface, bounds, 0.5, 2);
+    EXPECT_GT(change, 0.2 * 0.5 * std::sqrt(1.0 / 20 / 3));
+    EXPECT_LT(change, 0.2 * 0.5 * std::sqrt(1.0 / 20));
+    EXPECT_EQ(change, colour_change(surface, bounds, 0.5, 1));
+    EXPECT_NEAR(colour_change(surface, bounds, 0.25, 2), change / 2, 1e-6);
+
+    for (std::size_t i = 0; i < surface.colours.size(); ++i)
+        surface.colours[i] = i % 2 == 0 ? Rgb8{0, 0, 0} : Rgb8{255, 255, 255};
+    const double area = relative_area(surface, bounds, 2), edge = centred_grid(bounds, plain).voxel_size;
+    const double bytes = estimated_bytes(area, 0, colour_change(surface, bounds, edge, 2), plain);
+    EXPECT_GT(bytes, 2 * estimated_bytes(area, 0, 0, plain));
+    EXPECT_LE(bytes, 11.1 * estimated_bytes(area, 0, 0, plain)); // at most a byte for each voxel
 }
 
 TEST(GridChoice, PointsAtRandomGetAVoxelEdgeWithinSqrtTwoOfTheirDistance) {

@@ -238,22 +238,66 @@ double relative_area(const Surface &surface, const Bounds &bounds, int threads) 
     return sum_over_triangles(surface, threads, [&](std::size_t i) { return area_of(surface, i) / edge / edge; });
 }
 
-double normal_change(const Surface &surface, const Bounds &bounds, std::span<const ShortNormal> normals,
-                     double voxel_size, int threads) {
+namespace {
+
+// How much something changes along an edge of a triangle within one voxel, squared: the mean over its edges.
+// `difference(from, to)`: the squared difference between two vertices.
+template <class Difference>
+double squared_change_on(const Surface &surface, std::size_t triangle, double voxel_size,
+                         const Difference &difference) {
+    const glm::uvec3 &t = surface.triangles[triangle];
+    double squared = 0;
+    for (int corner = 0; corner < 3; ++corner) {
+        const std::uint32_t from = t[corner], to = t[(corner + 1) % 3];
+        const double length = glm::length(surface.positions[from] - surface.positions[to]);
+        const double part = length > voxel_size ? voxel_size / length : 1;
+        squared += difference(from, to) * part * part / 3;
+    }
+    return squared;
+}
+
+// Mean of squared_change(number of the triangle), at most 3, over the area.
+template <class Change>
+double mean_over_area(const Surface &surface, const Bounds &bounds, int threads, const Change &squared_change) {
     const double edge = centred_grid(bounds, kMinDepth).edge();
     const double area = relative_area(surface, bounds, threads);
-    const double sum = sum_over_triangles(surface, threads, [&](std::size_t i) {
-        const glm::uvec3 &t = surface.triangles[i];
-        double squared = 0;
-        for (int corner = 0; corner < 3; ++corner) {
-            const std::uint32_t from = t[corner], to = t[(corner + 1) % 3];
-            const double length = glm::length(surface.positions[from] - surface.positions[to]);
-            const double part = length > voxel_size ? voxel_size / length : 1;
-            squared += squared_chord(normals[from], normals[to]) * part * part / 3;
-        }
-        return area_of(surface, i) / edge / edge * squared;
-    });
-    return area > 0 ? 2 * std::asin(std::min(1.0, std::sqrt(sum / area) / 2)) : 0;
+    const double sum = sum_over_triangles(
+        surface, threads, [&](std::size_t i) { return area_of(surface, i) / edge / edge * squared_change(i); });
+    return area > 0 ? sum / area : 0;
+}
+
+// Of sRGB channels, 0..1.
+double squared_difference(const Rgb8 &a, const Rgb8 &b) {
+    double sum = 0;
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+        const double step = (static_cast<double>(a[channel]) - static_cast<double>(b[channel])) / 255;
+        sum += step * step;
+    }
+    return sum;
+}
+
+} // namespace
+
+double normal_change(const Surface &surface, const Bounds &bounds, std::span<const ShortNormal> normals,
+                     double voxel_size, int threads) {
+    const auto difference = [&](std::uint32_t from, std::uint32_t to) {
+        return squared_chord(normals[from], normals[to]);
+    };
+    const double squared = mean_over_area(
+        surface, bounds, threads, [&](std::size_t i) { return squared_change_on(surface, i, voxel_size, difference); });
+    return 2 * std::asin(std::min(1.0, std::sqrt(squared) / 2));
+}
+
+double colour_change(const Surface &surface, const Bounds &bounds, double voxel_size, int threads) {
+    const std::vector<Rgb8> &colours = surface.colours;
+    if (colours.empty())
+        return 0;
+    const auto difference = [&](std::uint32_t from, std::uint32_t to) {
+        return squared_difference(colours[from], colours[to]);
+    };
+    return std::sqrt(mean_over_area(surface, bounds, threads, [&](std::size_t i) {
+        return squared_change_on(surface, i, voxel_size, difference);
+    }));
 }
 
 namespace {
@@ -317,9 +361,10 @@ double screen_voxel(const Bounds &bounds, UpAxis up, int depth) {
     return std::ldexp(kFramed * pixels, -depth);
 }
 
-double estimated_bytes(double relative_area, double normal_change, bool is_coloured, int depth) {
-    constexpr double kVoxelsPerArea = 1.5, kPlain = 0.1, kOfChange = 2.8, kOfColour = 1; // bytes per voxel
-    const double per_voxel = kPlain + kOfChange * std::sqrt(normal_change) + (is_coloured ? kOfColour : 0);
+double estimated_bytes(double relative_area, double normal_change, double colour_change, int depth) {
+    constexpr double kVoxelsPerArea = 1.5, kPlain = 0.1, kOfChange = 2.8, kOfColour = 4, kMostOfColour = 1; // bytes
+    const double per_voxel =
+        kPlain + kOfChange * std::sqrt(normal_change) + std::min(kOfColour * std::sqrt(colour_change), kMostOfColour);
     return std::ldexp(kVoxelsPerArea * relative_area, 2 * depth) * per_voxel;
 }
 
@@ -359,16 +404,18 @@ Status check_fits(const Bounds &bounds, const Grid &grid) {
 // The finest depth from `depth` on that the screen shows and the budget allows.
 int depth_of_screen(const Surface &surface, const Bounds &bounds, std::span<const ShortNormal> normals,
                     std::span<const Relief> reliefs, const GridRequest &request, int depth, int threads) {
-    const bool is_coloured = !surface.colours.empty() || !surface.texture_ids.empty() || !surface.face_colours.empty();
     const double budget = std::max(kMinBudget, static_cast<double>(request.scan_bytes));
     const double area = relative_area(surface, bounds, threads);
     if (!(area > 0)) // a line or a point has no detail
         return depth;
+    // Of images and faces, whose colours may change anywhere.
+    const bool has_fine_colours = !surface.texture_ids.empty() || !surface.face_colours.empty();
     while (depth < kMaxScreenDepth && screen_voxel(bounds, request.up.value_or(UpAxis::y), depth) > kMaxScreenVoxel) {
         const double voxel_size = centred_grid(bounds, depth + 1).voxel_size;
         const double change = std::hypot(normal_change(surface, bounds, normals, voxel_size, threads),
                                          relief_change(surface, reliefs, bounds, voxel_size, threads));
-        if (estimated_bytes(area, change, is_coloured, depth + 1) > budget)
+        const double of_colour = has_fine_colours ? 1 : colour_change(surface, bounds, voxel_size, threads);
+        if (estimated_bytes(area, change, of_colour, depth + 1) > budget)
             break;
         ++depth;
     }

@@ -86,6 +86,10 @@ double normal_change(const Surface &surface, const Bounds &bounds, std::span<con
 // docs/how-to/choose-the-detail.md.
 inline constexpr double kMaxNormalChange = 0.0873; // radians: 5 degrees
 
+// How much the colours of vertices change within one voxel, as normal_change has it: of sRGB channels 0..1, summed over
+// the three. 0 without such colours.
+double colour_change(const Surface &surface, const Bounds &bounds, double voxel_size, int threads);
+
 // Texels of images per square voxel of the triangles that have an image; 0 without any.
 double texels_per_voxel(const Surface &surface, const Bounds &bounds, double voxel_size, int threads);
 
@@ -108,9 +112,9 @@ inline constexpr double kMinBudget = 1.5e6;                                     
 // Largest edge of a voxel in the first view of that size, pixels, without the perspective.
 double screen_voxel(const Bounds &bounds, UpAxis up, int depth);
 
-// The bytes of a mesh's file, estimated from its area, from normal_change and from whether its points have colours: of
-// meshes of one colour within 30 %, of coloured or rough ones within a factor of 2.
-double estimated_bytes(double relative_area, double normal_change, bool is_coloured, int depth);
+// The bytes of a mesh's file, estimated from its area, normal_change and colour_change (1 if images or faces have the
+// colours): of meshes of one colour within 30 %, of coloured or rough ones within a factor of 2. Flat faces weigh less.
+double estimated_bytes(double relative_area, double normal_change, double colour_change, int depth);
 
 struct ChosenGrid {
     Grid grid;
