@@ -34,6 +34,7 @@ Model colourful_model(const Grid &grid, ColourFormat colour, std::size_t count) 
     parameters.attributes.material = true;
     parameters.materials = {{}, {0.1F, 0.3F, 1.0F / 3, 1024, {1, 2, 255}, 1}, {0, 1, 0, 0.7F, {0, 0, 1}, 0.1F}};
     parameters.materials[2].shape = PointShape::round;
+    parameters.materials[1].tint = 201;
     PointAttributes points;
     points.resize(codes.size(), parameters.attributes);
     const RadiusClasses classes = radius_classes(grid.depth);
