@@ -212,7 +212,7 @@ TEST(Export, TheHeaderNamesGridUnitAndCredits) {
     for (const char *line :
          {"\ncomment name two lines\n", "\ncomment licence CC0\n", "\ncomment unit mm\n", "\ncomment up +z\n",
           "\ncomment grid origin 0.1 -2 8500000 voxel_size 0.3333333333333333 depth 5\n", "\nelement material 3\n",
-          "\n0.1 0.3 0.33333334 1024 1 2 255 1 0\n"})
+          "\n0.1 0.3 0.33333334 1024 1 2 255 1 0 201\n", "\nproperty uchar shape\nproperty uchar tint\n"})
         EXPECT_NE(text.find(line), std::string::npos) << line;
 }
 
