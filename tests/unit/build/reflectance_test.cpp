@@ -225,9 +225,12 @@ TEST(Reflectance, MetalsAreTinted) {
     Surface surface = reflecting_square(map_of_halves({51, 255}, {102, 0}));
     for (const Material &material : built(surface, at_depth(6)).parameters.materials)
         EXPECT_EQ(material.tint, material.environment > 0 ? 255 : 0);
-    surface.reflectances[0]->tints = false;
-    for (const Material &material : built(surface, at_depth(6)).parameters.materials)
-        EXPECT_EQ(material.tint, 0);
+    Surface of_factors = surface;
+    surface.textures[0].use.factors.tints = false;
+    of_factors.reflectances[0]->tints = false;
+    for (const Surface &other : {surface, of_factors})
+        for (const Material &material : built(other, at_depth(6)).parameters.materials)
+            EXPECT_EQ(material.tint, 0);
 }
 
 // Surfaces as a reader makes them of damaged files: any texels, any places, triangles without an image, no colours.

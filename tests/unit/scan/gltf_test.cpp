@@ -512,6 +512,7 @@ TEST(Gltf, SpecularAndGlossOfImagesAreKept) {
     const Surface s = with_reflectance(material);
     ASSERT_EQ(s.textures.size(), 1U);
     EXPECT_EQ(s.textures[0].texels[0][0], 153); // 1 - 0.5 x 204 / 255
+    EXPECT_FALSE(s.textures[0].use.factors.tints);
     glossy = {{"glossinessFactor", 0.5}, {"specularFactor", {0.02, 0, 0}}};
     const Reflectance half = with_reflectance(material).reflectances[0].value();
     EXPECT_EQ(half.roughness, 0.5);

@@ -49,7 +49,7 @@ void settle_reflectance(Texture &image) {
         texel = {roughness, metal, specular, 255};
     }
     image.use.content = ImageContent::reflectance;
-    image.use.factors = {};
+    image.use.factors = {.tints = factors.tints};
 }
 
 void settle_emission(Texture &image) {

@@ -177,14 +177,16 @@ void GltfMaterials::read_reflectance(const Json &described, GltfMaterial &materi
     const Json *const extensions = member(&described, "extensions");
     if (const Json *const glossy = member(extensions, "KHR_materials_pbrSpecularGlossiness")) {
         const Json *const image = member(glossy, "specularGlossinessTexture");
+        // The diffuse colour of such a metal is black.
         const Reflectance factors{.roughness = share(glossy, "glossinessFactor", 1),
-                                  .specular = strongest(member(glossy, "specularFactor"))};
+                                  .specular = strongest(member(glossy, "specularFactor")),
+                                  .tints = false};
         read_layer(Layer::reflectance, image, "specularGlossinessTexture",
                    {.content = ImageContent::specular_gloss, .factors = factors}, material);
         // Without its image, the usual factor of gloss would make a mirror.
         if (image == nullptr || material.has_image_of(Layer::reflectance)) {
             material.reflectance = reflectance_of(factors.specular, factors.roughness);
-            material.reflectance->tints = false; // the diffuse colour of such a metal is black
+            material.reflectance->tints = false;
         }
     } else {
         const Json *const metallic = member(&described, "pbrMetallicRoughness");

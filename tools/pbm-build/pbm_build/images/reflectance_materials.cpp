@@ -170,6 +170,14 @@ std::vector<std::uint8_t> materials_of_cells(const std::vector<Centre> &centres,
     return of_cell;
 }
 
+// Whether the colours of all metals are those of the surface.
+bool do_metals_tint(const Surface &surface) {
+    return std::all_of(surface.textures.begin(), surface.textures.end(),
+                       [](const Texture &image) { return image.use.factors.tints; }) &&
+           std::all_of(surface.reflectances.begin(), surface.reflectances.end(),
+                       [](const auto &reflectance) { return !reflectance || reflectance->tints; });
+}
+
 // What the materials of a surface come from.
 std::string sources_of(const Surface &surface) {
     std::vector<std::string> sources{"roughness", "metal"};
@@ -206,8 +214,7 @@ void choose_reflectances(Surface &surface, const Material &usual, std::size_t ma
     const std::vector<Material> fixed = fixed_materials(surface, base, max_materials / 2);
     double error = 0;
     const std::vector<Centre> centres = centres_of(spots, max_materials - fixed.size(), error);
-    const bool tints = std::all_of(surface.reflectances.begin(), surface.reflectances.end(),
-                                   [](const auto &reflectance) { return !reflectance || reflectance->tints; });
+    const bool tints = do_metals_tint(surface);
     std::vector<Material> materials;
     std::vector<std::uint8_t> of_centre;
     of_centre.reserve(centres.size());
