@@ -44,6 +44,7 @@ TARGETS = {
     "validator": (8192, [VECTORS / "valid", VECTORS / "invalid"]),
     "reader": (8192, [VECTORS / "valid", VECTORS / "invalid"]),
     "draw": (512, []),
+    "materials": (1024, []),
 }
 SLICE_SECONDS = 120                                     # an interruption loses at most this
 

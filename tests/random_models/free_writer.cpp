@@ -242,7 +242,8 @@ class FreeWriter {
 
     void add_shapes() {
         const std::vector<Material> &materials = model_.parameters.materials;
-        if (std::none_of(materials.begin(), materials.end(), is_round))
+        if (std::none_of(materials.begin(), materials.end(),
+                         [](const Material &material) { return is_round(material) || material.tint > 0; }))
             return;
         add_raw(SectionType::shapes, encode_shapes(materials));
         sections_.back().entry.flags = 0; // 18.1.1

@@ -271,6 +271,9 @@ Model random_model(Random &random, std::size_t max_points) {
     if (once_in(random, 3))
         for (Material &material : parameters.materials)
             material.shape = once_in(random, 2) ? PointShape::round : PointShape::disc;
+    if (once_in(random, 3))
+        for (Material &material : parameters.materials)
+            material.tint = static_cast<std::uint8_t>(random.below(256));
     model.metadata = random_metadata(random);
     return model;
 }

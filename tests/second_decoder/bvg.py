@@ -60,7 +60,8 @@ def read(data, max_nodes=None, validates=True):
     """Verify every rule of a file (8.3), or only those that a reader verifies (8.2), and return its Model. `max_nodes` is
     the limit of 4.5."""
     m = Model()
-    m.data, m.lights, m.texture, m.ground, m.fields, m.shapes, m.validates = bytes(data), [], None, None, [], [], validates
+    m.data, m.lights, m.texture, m.ground, m.fields, m.shapes, m.tints = bytes(data), [], None, None, [], [], []
+    m.validates = validates
     read_header(m)
     read_table(m)
     if validates:
@@ -111,6 +112,8 @@ def summary(m):
     yield f"  {len(m.materials)} materials, {len(m.lights)} lights, " + ("a ground plane" if m.ground else "no ground plane")
     if any(m.shapes):
         yield "  materials of round points: " + " ".join(str(i) for i, shape in enumerate(m.shapes) if shape)
+    if any(m.tints):
+        yield "  tints of reflections: " + " ".join(map(str, m.tints))
     for f in m.fields:
         yield f"  field {f.name!r}: {f.offset:g} + {f.scale:g} x (stored - 1) {f.unit}, {f.bytes} bytes, average {f.average}"
     for level, chunks in enumerate(m.directories[1:], 1):

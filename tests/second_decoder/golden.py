@@ -40,6 +40,10 @@ SCANS = {"1.0": {
 }, "1.4": {
     "scan-sides": (6, ("--lights", "two", "--shadows")),
     "scan-sides-mapped": (5, ("--colour", "565", "--store", "mapped")),
+}, "1.5": {
+    "scan-tint": (6, ("--material", "gold,environment=0.6,tint=1", "--panorama", "default", "--panorama-width", "256")),
+    "scan-tint-mapped": (5, ("--material", "silver,tint=0.5", "--panorama", "default", "--panorama-width", "256", "--ground",
+                             "plain", "--ground-resolution", "64", "--store", "mapped")),
 }}
 
 def write_cloud(path):
@@ -120,6 +124,7 @@ def contents(path):
             "attributes": [s.kind for s in m.streams], "materials": len(m.materials), "lights": len(m.lights),
             **({"closed": True} if m.closed else {}),
             **({"round": [i for i, shape in enumerate(m.shapes) if shape]} if any(m.shapes) else {}),
+            **({"tints": m.tints} if any(m.tints) else {}),
             **({"sides": [len(sides.points) if sides else 0 for sides in m.sides]} if any(m.sides) else {}),
             "rasters": [[e.type, e.instance, width, height] for e, (width, height, *_) in m.rasters], "decoded": decoded_hash(m)}
 

@@ -104,6 +104,7 @@ def read_materials(m, e):
 def read_shapes(m, e):
     """18.2: a shape that is not known is that of a disc."""
     need(e.raw == 8 * len(m.materials), "bad_section", e.offset, "18.2.1")
+    m.tints = list(m.data[e.offset + 1:e.offset + e.raw:8])
     m.shapes = [int(shape == 1) for shape in m.data[e.offset:e.offset + e.raw:8]]
 
 def read_lights(m, e):

@@ -115,6 +115,24 @@ Bytes shapes_file(Storage storage) {
     return value_of(encode_model(model, {.storage = storage, .compression_level = 19, .threads = 1}));
 }
 
+// A sphere half of whose points reflect the panorama in their colour, and half of them in their colour by a quarter.
+Bytes tints_file(Storage storage) {
+    Model model = sphere_model(4, {.colour = ColourFormat::rgb888, .material = true}, 0.3);
+    model.parameters.materials.assign(2, {.environment = 0.75F, .tint = 255});
+    model.parameters.materials[1].tint = 64;
+    Level &finest = model.levels.back();
+    for (std::size_t i = 0; i < finest.points.size(); ++i)
+        finest.points.materials[i] = (finest.points.normals[i] & 1 << 12) == 0 ? 0 : 1;
+    average_levels(model, 1);
+    Image &panorama = model.images.panorama;
+    panorama = {.width = 32, .height = 16, .channels = 3, .texels = {}};
+    for (std::uint32_t y = 0; y < panorama.height; ++y)
+        for (std::uint32_t x = 0; x < panorama.width; ++x)
+            for (const std::uint32_t channel : {8 * x, 255 - 16 * y, 4 * (x + y)})
+                panorama.texels.push_back(static_cast<std::uint8_t>(channel));
+    return value_of(encode_model(model, {.storage = storage, .compression_level = 19, .threads = 1}));
+}
+
 // Octant 0 has 320 voxels, each alone in its node. Octant 7 has 512 voxels in pairs and, in its last octant, a sheet of
 // 23 voxels, which is a chunk of its own with N = 512.
 Bytes worked_example_file() {
@@ -163,6 +181,8 @@ std::vector<ValidFile> valid_small_files() {
             {"frame-checksum.pbvg", checksum_file()},
             {"shapes.pbvg", shapes_file(Storage::packed)},
             {"shapes-mapped.pbvg", shapes_file(Storage::mapped)},
+            {"tints.pbvg", tints_file(Storage::packed)},
+            {"tints-mapped.pbvg", tints_file(Storage::mapped)},
             {"unknown-extras.pbvg", unknown_extras_file()},
             {"worked-example.pbvg", worked_example_file()}};
 }

@@ -122,6 +122,11 @@ bool PlyPoints::has_shapes() const {
     return std::any_of(materials.begin(), materials.end(), is_round);
 }
 
+bool PlyPoints::has_tints() const {
+    const std::vector<Material> &materials = reader_->parameters().materials;
+    return std::any_of(materials.begin(), materials.end(), [](const Material &m) { return m.tint > 0; });
+}
+
 StreamList PlyPoints::exported_bytes() const {
     StreamList streams;
     for (const StreamInfo &stream : streams_of(attributes()))
@@ -166,6 +171,8 @@ std::string PlyPoints::header() const {
         properties("float", {"envmapfactor"});
         if (has_shapes())
             properties("uchar", {"shape"});
+        if (has_tints())
+            properties("uchar", {"tint"});
     }
     return text + "end_header\n";
 }
@@ -224,7 +231,7 @@ std::string PlyPoints::materials() const {
         return {};
     std::string all;
     for (const Material &m : reader_->parameters().materials) {
-        std::array<std::uint8_t, 9 * (Row::kLongestNumber + 1)> bytes{};
+        std::array<std::uint8_t, 10 * (Row::kLongestNumber + 1)> bytes{};
         Row row(bytes.data(), format_.ascii);
         for (const float factor : {m.ka, m.kd, m.ks, m.power})
             row.add(factor);
@@ -233,6 +240,8 @@ std::string PlyPoints::materials() const {
         row.add(m.environment);
         if (has_shapes())
             row.add(static_cast<std::uint8_t>(m.shape));
+        if (has_tints())
+            row.add(m.tint);
         all.append(bytes.data(), row.end());
     }
     return all;

@@ -44,6 +44,7 @@ class PlyPoints {
     const AttributeSet &attributes() const { return reader_->parameters().attributes; }
     bool has_materials() const;
     bool has_shapes() const;
+    bool has_tints() const;
     StreamList exported_bytes() const; // streams exported unchanged
 
     const Reader *reader_;

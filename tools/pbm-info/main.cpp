@@ -22,7 +22,7 @@
 
 namespace pbm {
 NLOHMANN_JSON_SERIALIZE_ENUM(PointShape, {{PointShape::disc, "disc"}, {PointShape::round, "round"}})
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Material, ka, kd, ks, power, colour, environment, shape)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Material, ka, kd, ks, power, colour, environment, shape, tint)
 } // namespace pbm
 
 // Not in an anonymous namespace, where clang would call the readers that the macro adds unused.
@@ -266,7 +266,8 @@ void print_shading(const ModelParameters &parameters) {
         const Material &m = parameters.materials[i];
         std::cout << "material " << i << "  ka " << m.ka << ", kd " << m.kd << ", ks " << m.ks << ", power " << m.power
                   << ", colour " << +m.colour[0] << ' ' << +m.colour[1] << ' ' << +m.colour[2] << ", environment "
-                  << m.environment << (is_round(m) ? ", round\n" : "\n");
+                  << m.environment << (m.tint > 0 ? ", tint " + std::to_string(m.tint) : "")
+                  << (is_round(m) ? ", round\n" : "\n");
     }
     const auto print_vector = [](const char *name, const std::array<float, 3> &v) {
         std::cout << name << v[0] << ' ' << v[1] << ' ' << v[2];

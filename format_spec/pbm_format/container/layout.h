@@ -28,7 +28,7 @@ namespace pbm {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'B', 'V', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
 inline constexpr std::uint16_t kMajorVersion = 1;
-inline constexpr std::uint16_t kMinorVersion = 4; // the highest that this version writes
+inline constexpr std::uint16_t kMinorVersion = 5; // the highest that this version writes
 inline constexpr std::uint32_t kEndianTag = 0x01020304;
 inline constexpr std::size_t kHeaderBytes = 128;
 inline constexpr std::size_t kSectionEntryBytes = 64;
@@ -159,7 +159,7 @@ const SectionEntry *find_section(std::span<const SectionEntry> sections, Section
 Result<Grid> decode_grid(ByteView bytes, int depth);
 Result<AttributeSet> decode_attributes(ByteView bytes, int depth);
 Result<std::vector<Material>> decode_materials(ByteView bytes);
-// The same materials with the shapes of a section of shapes. BVG.md 18.2
+// The same materials with shapes and tints of a section of shapes. BVG.md 18.2
 Result<std::vector<Material>> decode_shapes(ByteView bytes, std::vector<Material> materials);
 Result<std::vector<Light>> decode_lights(ByteView bytes);
 Result<SolidTexture> decode_texture(ByteView bytes);

@@ -84,7 +84,8 @@ Bytes encode_shapes(std::span<const Material> materials) {
     ByteWriter out;
     for (const Material &material : materials) {
         out.u8(static_cast<std::uint8_t>(material.shape));
-        out.zeros(kShapeBytes - 1);
+        out.u8(material.tint);
+        out.zeros(kShapeBytes - 2);
     }
     return out.take();
 }

@@ -141,14 +141,16 @@ Result<std::vector<Material>> decode_materials(ByteView bytes) {
     return materials;
 }
 
-// A reader takes a shape that it does not know as a disc, and ignores the other bytes.
+// A reader takes a shape that it does not know as a disc, and ignores the last six bytes.
 Result<std::vector<Material>> decode_shapes(ByteView bytes, std::vector<Material> materials) {
     if (bytes.size() != kShapeBytes * materials.size())
         return broken("18.2.1", 0, "the shapes section does not hold 8 bytes for each material",
                       kShapeBytes * materials.size(), bytes.size());
-    for (std::size_t i = 0; i < materials.size(); ++i)
-        materials[i].shape =
-            PointShape{bytes[kShapeBytes * i]} == PointShape::round ? PointShape::round : PointShape::disc;
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+        const ByteView record = slice(bytes, kShapeBytes * i, kShapeBytes);
+        materials[i].shape = PointShape{record[0]} == PointShape::round ? PointShape::round : PointShape::disc;
+        materials[i].tint = record[1];
+    }
     return materials;
 }
 

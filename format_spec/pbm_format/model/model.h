@@ -64,10 +64,13 @@ struct Material {
     Rgb8 colour{204, 204, 204};            // sRGB, for points without a colour
     float environment = 0;                 // environment blending factor, 0..1
     PointShape shape = PointShape::disc;
+    std::uint8_t tint = 0; // share of what it reflects of the panorama that has the point's colour, in 1/255. BVG.md 18
     bool operator==(const Material &) const = default;
 };
 
 inline bool is_round(const Material &material) { return material.shape == PointShape::round; }
+// Whether its points reflect a panorama in their colour.
+inline bool is_tinted(const Material &material) { return material.tint > 0 && material.environment > 0; }
 
 enum class LightKind : std::uint8_t { directional = 0, point = 1, spot = 2 };
 

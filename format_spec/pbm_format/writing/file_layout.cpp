@@ -7,6 +7,17 @@
 #include <algorithm>
 
 namespace pbm {
+namespace {
+
+// Of a section of shapes.
+bool has_tint(ByteView shapes) {
+    for (std::size_t at = 1; at < shapes.size(); at += kShapeBytes)
+        if (shapes[at] != 0)
+            return true;
+    return false;
+}
+
+} // namespace
 
 Status check_small_sections(const ModelParameters &parameters, std::string_view metadata) {
     const int depth = parameters.grid.depth;
@@ -74,15 +85,16 @@ Bytes FileLayout::assemble(FileHeader header) {
     header.minor = header.closed() ? 2 : 0;
     header.optional_features &= kClosedFeature;
     header.raw_bytes = 0;
-    for (SectionEntry &entry : entries_) {
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+        SectionEntry &entry = entries_[i];
         if (entry.type == SectionType::fields) {
             header.minor = std::max<std::uint16_t>(header.minor, 1);
             header.optional_features |= kFieldsFeature;
         }
         if (entry.type == SectionType::shapes)
-            header.minor = std::max<std::uint16_t>(header.minor, 3);
+            header.minor = std::max<std::uint16_t>(header.minor, has_tint(stored_[i]) ? 5 : 3);
         if (traits_of(entry.type)->is_point_stream)
-            header.minor = 4;
+            header.minor = std::max<std::uint16_t>(header.minor, 4);
         entry.offset = (end + entry.alignment - 1) / entry.alignment * entry.alignment;
         end = entry.offset + entry.stored_bytes;
         header.raw_bytes += entry.raw_bytes;

@@ -141,8 +141,10 @@ Result<Bytes> edited_model(ByteView file, const ModelEdit &edit, const EditOptio
     if (!model)
         return model.error();
     const std::vector<Material> of_file = std::exchange(model->parameters, edit.parameters).materials;
-    for (std::size_t i = 0; i < of_file.size(); ++i)
+    for (std::size_t i = 0; i < of_file.size(); ++i) {
         model->parameters.materials[i].shape = of_file[i].shape;
+        model->parameters.materials[i].tint = of_file[i].tint;
+    }
     model->metadata = edit.metadata;
     if (edit.shadows.empty())
         return with_small_sections(file, *reader, *model);

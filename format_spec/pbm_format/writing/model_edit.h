@@ -26,8 +26,8 @@ struct ModelEdit {
     // Starts with what the file says.
     explicit ModelEdit(const Reader &reader) : parameters(reader.parameters()), metadata(reader.metadata()) {}
 
-    // The attributes, the number of materials and their shapes, and the grid but for unit and up axis stay those of the
-    // file, and so do textures and ground plane but for their palettes.
+    // The attributes, the number of materials, their shapes and tints, and the grid but for unit and up axis stay those
+    // of the file, and so do textures and ground plane but for their palettes.
     ModelParameters parameters;
     std::string metadata;
     std::vector<FreshShadows> shadows;

@@ -287,7 +287,8 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) try 
         const auto bytes = static_cast<std::uint32_t>(table.size());
         layout.add(record_section(SectionType::fields, 0, bytes, std::move(table)));
     }
-    if (std::any_of(parameters.materials.begin(), parameters.materials.end(), is_round))
+    const auto has_record = [](const Material &material) { return is_round(material) || material.tint > 0; };
+    if (std::any_of(parameters.materials.begin(), parameters.materials.end(), has_record))
         layout.add(record_section(SectionType::shapes, 0, kShapeBytes, encode_shapes(parameters.materials)));
     for (std::size_t level = 1; level < encoded.size(); ++level)
         add_level(layout, set, static_cast<int>(level), options.storage, encoded[level]);

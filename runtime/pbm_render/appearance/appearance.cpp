@@ -4,6 +4,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -29,14 +30,15 @@ Light light_beside_eye(UpAxis up, const glm::dvec3 &travel, float intensity) {
 constexpr float kFromEverywhere = 0.55F;
 const glm::dvec3 kSoftTravel{0.45, -0.45, -0.77};
 
-// Together they show a surface that faces the eye in its own colour. Materials that scatter no light stay.
+// Together they show a surface that faces the eye in its own colour. A material that has more of its light from
+// everywhere, since it emits some of it, keeps that share. Materials that scatter no light stay.
 void soften(Appearance &appearance) {
     appearance.lights = {light_beside_eye(appearance.up, kSoftTravel, 1)};
     const auto towards_eye = static_cast<float>(-glm::normalize(kSoftTravel).z);
     for (Material &material : appearance.materials)
         if (material.kd > 0) {
-            material.ka = kFromEverywhere;
-            material.kd = (1 - kFromEverywhere) / towards_eye;
+            material.ka = std::max(material.ka, kFromEverywhere);
+            material.kd = (1 - material.ka) / towards_eye;
         }
 }
 

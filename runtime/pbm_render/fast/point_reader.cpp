@@ -53,10 +53,10 @@ void PointReader::read(const CoveredPixels &pixels, int y, const ShadedFrame &fr
     for (std::size_t first = 0, i = 0; first < pixels.count; first += Batch::kPoints, i ^= 1) {
         if (first + Batch::kPoints < pixels.count)
             locate(pixels, first + Batch::kPoints, frame.lighting.shadowed, batches[i ^ 1]);
-        if (frame.shader.has_shaded_normals() || frame.lighting.mirrors)
-            read_by_normal(batches[i], pixels, y, frame, row);
         if (!frame.shader.has_shaded_normals())
             read_batch(batches[i], frame, row);
+        if (frame.shader.has_shaded_normals() || frame.lighting.mirrors)
+            read_by_normal(batches[i], pixels, y, frame, row);
     }
 }
 
@@ -115,7 +115,8 @@ void PointReader::read_colours(const Batch &batch, const ShadedFrame &frame, std
     }
 }
 
-// Reads tables by the normal that is seen: colours, or what materials mirror.
+// Reads tables by the normal that is seen: colours, or what materials mirror. Expects that the points' own colours are
+// read.
 void PointReader::read_by_normal(const Batch &batch, const CoveredPixels &pixels, int y, const ShadedFrame &frame,
                                  PointRow &row) const {
     const FrameGeometry &geometry = frame.geometry;
@@ -138,6 +139,11 @@ void PointReader::read_by_normal(const Batch &batch, const CoveredPixels &pixels
     if (frame.shader.has_shaded_normals())
         read_all([&frame, colours = row.colour.data()](std::size_t at, std::size_t of, std::size_t normal) {
             colours[at] = frame.shader.shaded(of, normal);
+        });
+    else if (frame.shader.tints())
+        read_all([&](std::size_t at, std::size_t of, std::size_t normal) {
+            row.mirrored[at] = frame.shader.tinted(frame.shader.mirrored(normal), row.colour[at], of);
+            row.mirrored[at][3] = frame.appearance.materials[of].environment;
         });
     else
         read_all([&](std::size_t at, std::size_t of, std::size_t normal) {

@@ -16,7 +16,8 @@ FineView::FineView(const ModelParameters &parameters, const Appearance &look, co
       projection(in_unit_grid(camera, parameters), target.width, target.height),
       geometry(projection, target.width, target.height),
       appearance(appearance_in_frame(parameters, options, projection.axes, look)),
-      points(parameters, appearance, options), around(surroundings, appearance, projection, options),
+      around(surroundings, appearance, projection, options),
+      points(parameters, appearance, options, around.has_reflections()),
       lights(lights_in_eye_space(appearance.lights, parameters.grid.edge(), projection)) {}
 
 // Reads the visible point of a pixel that has no usable sums.
@@ -57,6 +58,9 @@ void FineView::collect(const BlendedPixel &pixel, const EyeRays &rays, const Dra
         row.colour[k][to] = sums[channel::kColour + k] * inverse;
     }
     row.environment[to] = sums[channel::kEnvironment] * inverse;
+    if (points.tints()) // before the row is lit
+        for (std::size_t k = 0; k < 3; ++k)
+            row.tint[k][to] = sums[channel::kTint] * inverse * (1 - row.colour[k][to]);
     const Material &material = appearance.materials[0];
     const std::array<float, 4> same_phong{material.ka, material.kd, material.ks, material.power};
     for (std::size_t k = 0; k < 4; ++k)
@@ -84,18 +88,21 @@ void FineView::mirror(float screen_y, const EyeRays &rays, SurfaceRow &row) cons
         const glm::vec3 n = normal(i);
         const glm::vec3 ray = glm::normalize(glm::vec3((row.screen_x[i] - rays.middle_x) * rays.inverse_focal,
                                                        (screen_y - rays.middle_y) * rays.inverse_focal, 1));
-        const glm::vec3 mirrored = ray - 2 * glm::dot(n, ray) * n;
+        const glm::vec3 turned = ray - 2 * glm::dot(n, ray) * n;
         // The mirrored ray turns by twice the angle between the normals of neighbouring pixels, edges excluded.
         float turn = 1;
         if (i > 0 && row.x[i] == row.x[i - 1] + 1)
             turn = glm::distance(n, normal(i - 1));
         if (i + 1 < row.count && row.x[i + 1] == row.x[i] + 1)
             turn = std::min(turn, glm::distance(n, normal(i + 1)));
-        const glm::vec3 direction = right * mirrored.x + down * mirrored.y + forward * mirrored.z;
+        const glm::vec3 direction = right * turned.x + down * turned.y + forward * turned.z;
         const Float4 seen = around.reflection(direction, 2 * turn + rays.inverse_focal);
         for (std::size_t k = 0; k < 3; ++k) {
             float &colour = row.colour[k][i];
-            colour += factor * (seen[static_cast<int>(k)] - colour);
+            const float mirrored = seen[static_cast<int>(k)];
+            colour += factor * (mirrored - colour);
+            if (points.tints())
+                colour -= row.tint[k][i] * mirrored;
         }
     }
 }

@@ -46,8 +46,8 @@ struct FineView {
     const Projection projection;
     const FrameGeometry geometry; // of the pixels' centres
     const Appearance appearance;
-    const SurfacePoints points;
     const SurroundingsView around;
+    const SurfacePoints points;
     const std::vector<EyeLight> lights;
 
   private:

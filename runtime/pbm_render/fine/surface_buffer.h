@@ -18,10 +18,10 @@ namespace pbm {
 //
 //   group 0   normal x, y, z (eye space), 1; colour red, green, blue (linear), environment factor
 //   group 1   ka, kd, ks, power; lit fractions of lights 0 to 3
-//   group 2   lit fractions of lights 4 to 7; unused
+//   group 2   lit fractions of lights 4 to 7; environment factor x tint; unused
 inline constexpr std::size_t kGroupChannels = 8, kMaxGroups = 3;
 namespace channel {
-inline constexpr std::size_t kNormal = 0, kWeight = 3, kColour = 4, kEnvironment = 7, kPhong = 8, kLit = 12;
+inline constexpr std::size_t kNormal = 0, kWeight = 3, kColour = 4, kEnvironment = 7, kPhong = 8, kLit = 12, kTint = 20;
 }
 
 struct SurfacePoint {

@@ -1,14 +1,17 @@
 #include "pbm_render/fine/surface_points.h"
 
+#include <algorithm>
+
 namespace pbm {
 
 SurfacePoints::SurfacePoints(const ModelParameters &parameters, const Appearance &appearance,
-                             const RenderOptions &options)
+                             const RenderOptions &options, bool mirrors)
     : colour_(options.point_colours ? parameters.attributes.colour : ColourFormat::none),
       indices_(options.texture && palette_stream(parameters.attributes)
                    ? PointView::column(palette_stream(parameters.attributes)->kind)
                    : nullptr),
       has_phong_(appearance.materials.size() > 1),
+      tints_(mirrors && std::any_of(appearance.materials.begin(), appearance.materials.end(), is_tinted)),
       shadowed_(options.shadows
                     ? std::min(static_cast<std::size_t>(parameters.attributes.lights), appearance.lights.size())
                     : 0),
@@ -23,6 +26,7 @@ SurfacePoints::SurfacePoints(const ModelParameters &parameters, const Appearance
         material_colours_[i] = linear(m.colour);
         phong_[i] = Float4{m.ka, m.kd, m.ks, m.power};
         environment_[i] = options.reflections ? m.environment : 0;
+        tint_[i] = environment_[i] * static_cast<float>(m.tint) / 255;
     }
 }
 

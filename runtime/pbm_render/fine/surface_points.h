@@ -16,10 +16,13 @@ inline constexpr float kFlagContrast = 2;
 
 class SurfacePoints {
   public:
-    // `parameters` must outlive this object.
-    SurfacePoints(const ModelParameters &parameters, const Appearance &appearance, const RenderOptions &options);
+    // `parameters` must outlive this object. `mirrors`: the frame has a panorama that materials reflect.
+    SurfacePoints(const ModelParameters &parameters, const Appearance &appearance, const RenderOptions &options,
+                  bool mirrors);
 
-    std::size_t groups() const { return 1 + (has_phong_ || shadowed_ > 0) + (shadowed_ > 4); }
+    std::size_t groups() const { return tints_ ? 3 : 1 + (has_phong_ || shadowed_ > 0) + (shadowed_ > 4); }
+    // Whether the points have a tint.
+    bool tints() const { return tints_; }
     // Whether points differ in ka, kd, ks and power.
     bool has_phong() const { return has_phong_; }
     // Number of lights whose shadow streams are used.
@@ -39,6 +42,8 @@ class SurfacePoints {
         if (has_phong_)
             for (std::size_t k = 0; k < 4; ++k)
                 channels[channel::kPhong + k] = phong_[material][static_cast<int>(k)];
+        if (tints_)
+            channels[channel::kTint] = tint_[material];
         for (std::size_t light = 0; light < shadowed_; ++light) {
             const float lit = shadow_stream(run, light, set_, shadows_[light]).lit(i);
             const bool is_flag = set_.shadow_bits[light][static_cast<std::size_t>(run.level)] == 1;
@@ -58,15 +63,15 @@ class SurfacePoints {
 
     ColourFormat colour_;
     ByteView PointView::*indices_; // into the palette; null: the colour has another source
-    bool has_phong_;
+    bool has_phong_, tints_;
     std::size_t shadowed_, last_material_;
     const AttributeSet &set_;
     const std::array<ShadowSource, kMaxLights> shadows_;
-    std::array<float, 256> linear_;                        // by sRGB byte
-    std::array<Float4, 256> palette_{};                    // linear
-    std::array<Float4, kMaxMaterials> material_colours_{}; // linear
-    std::array<Float4, kMaxMaterials> phong_{};            // ka, kd, ks, power
-    std::array<float, kMaxMaterials> environment_{};
+    std::array<float, 256> linear_;                           // by sRGB byte
+    std::array<Float4, 256> palette_{};                       // linear
+    std::array<Float4, kMaxMaterials> material_colours_{};    // linear
+    std::array<Float4, kMaxMaterials> phong_{};               // ka, kd, ks, power
+    std::array<float, kMaxMaterials> environment_{}, tint_{}; // tint: times the environment factor
 };
 
 } // namespace pbm

@@ -51,6 +51,7 @@ PointShader::PointShader(const ModelParameters &parameters, const Appearance &ap
     for (std::size_t i = 0; i < appearance.materials.size(); ++i) {
         material_colours_[i] = colours_.linear(pack_rgb(appearance.materials[i].colour));
         mirrors |= appearance.materials[i].environment > 0;
+        tints_ |= is_tinted(appearance.materials[i]);
     }
     for (std::size_t i = 0; i < palette_.size(); ++i)
         palette_[i] = pack_rgb(appearance.palette[i]);
@@ -71,16 +72,18 @@ PointShader::PointShader(const ModelParameters &parameters, const Appearance &ap
     for (std::size_t material = 0; material < appearance.materials.size(); ++material)
         for (std::size_t normal = 0; normal < kNormalCount; ++normal)
             shaded_normals_.push_back(colours_.pack_srgb(
-                mirror(material_colours_[material] * table_->unshadowed(material, normal), material, normal)));
+                mirror(material_colours_[material], table_->unshadowed(material, normal), material, normal)));
 }
 
-// Blends the panorama over a colour, clamped to white, with the material's environment factor.
-Float4 PointShader::mirror(Float4 colour, std::size_t material, std::size_t normal) const {
+// Blends the panorama over a lit colour, clamped to white, with the material's environment factor.
+Float4 PointShader::mirror(Float4 colour, Float4 light, std::size_t material, std::size_t normal) const {
+    const Float4 lit = colour * light;
     if (mirrored_.empty())
-        return colour;
+        return lit;
     constexpr Float4 kWhite{1, 1, 1, 1};
-    const Float4 own = colour < kWhite ? colour : kWhite;
-    return own + appearance_.materials[material].environment * (mirrored_[normal] - own);
+    const Float4 own = lit < kWhite ? lit : kWhite;
+    const Float4 mirrored = tints_ ? tinted(mirrored_[normal], colour, material) : mirrored_[normal];
+    return own + appearance_.materials[material].environment * (mirrored - own);
 }
 
 // Index of the normal, or of the opposite one if (normal . ray of depth 1) exceeds `beyond`.

@@ -61,7 +61,7 @@ class PointShader {
         if constexpr (kSpecial) {
             if (positional_)
                 light += positional();
-            return colours_.pack_srgb(mirror(own_colour(point) * light, point.material, normal));
+            return colours_.pack_srgb(mirror(own_colour(point), light, point.material, normal));
         }
         return colours_.pack_srgb(own_colour(point) * light);
     }
@@ -73,6 +73,12 @@ class PointShader {
     }
     // What materials mirror of the panorama, linear. Expects mirrors().
     Float4 mirrored(std::size_t normal) const { return mirrored_[normal]; }
+    // Whether some material tints it.
+    bool tints() const { return tints_; }
+    // The same in the colour of a point, as its material tints it. `srgb`: red in the lowest byte.
+    Float4 tinted(Float4 mirrored, std::uint32_t srgb, std::size_t material) const {
+        return tinted(mirrored, colours_.linear(srgb), material);
+    }
 
     // What point and spot lights add to the reflection of one white point; shade_points does so for many. `depth`: grid
     // edges.
@@ -98,7 +104,12 @@ class PointShader {
     Float4 own_colour(PointLook point) const {
         return source_ == ColourSource::material ? material_colours_[point.material] : colours_.linear(point.colour);
     }
-    Float4 mirror(Float4 colour, std::size_t material, std::size_t normal) const;
+    // `colour`: linear.
+    Float4 tinted(Float4 mirrored, Float4 colour, std::size_t material) const {
+        const float tint = static_cast<float>(appearance_.materials[material].tint) / 255;
+        return mirrored * (1 - tint + tint * colour);
+    }
+    Float4 mirror(Float4 colour, Float4 light, std::size_t material, std::size_t normal) const;
     std::size_t visible_side(std::size_t normal, glm::vec2 pixel, float beyond) const;
     Float4 reflect(const Light &light, std::size_t material, std::size_t normal, glm::vec2 pixel, float depth) const;
 
@@ -116,7 +127,7 @@ class PointShader {
     std::array<std::uint32_t, 256> palette_{};
     std::vector<Float4> mirrored_;                  // [kNormalCount], linear; empty: nothing mirrors
     std::vector<std::size_t> shadowed_directional_; // directional lights whose shadow streams are used
-    bool positional_ = false;
+    bool positional_ = false, tints_ = false;
     // [materials][kNormalCount] as pack_rgba if a point's colour depends on nothing else; otherwise empty.
     std::vector<std::uint32_t> shaded_normals_;
 };

@@ -229,7 +229,7 @@ PointLighting make_point_lighting(const EyeRays &rays, const Projection &project
 SurfaceRow::SurfaceRow(int width)
     : x(static_cast<std::size_t>(width) + kLaneNumbers.size()), screen_x(x.size()), depth(x.size()),
       environment(x.size()) {
-    for (auto *arrays : {&normal, &colour})
+    for (auto *arrays : {&normal, &colour, &tint})
         for (std::vector<float> &array : *arrays)
             array.resize(x.size());
     for (std::vector<float> &array : phong)

@@ -24,6 +24,7 @@ struct SurfaceRow {
     std::array<std::vector<float>, 3> normal;       // unit, eye space
     std::array<std::vector<float>, 3> colour;       // linear; shade_row turns it into light towards the eye
     std::vector<float> environment;                 // factor
+    std::array<std::vector<float>, 3> tint;         // share of the panorama's light that the reflection lacks
     std::array<std::vector<float>, 4> phong;        // ka, kd, ks, power
     std::array<std::vector<float>, kMaxLights> lit; // fractions
 };

@@ -106,6 +106,185 @@ TEST(Reflectance, EachPlaceHasTheMaterialOfItsTexels) {
     EXPECT_GT(counts[1], 500U);
 }
 
+Texture plain_image(ImageContent content, const std::array<std::uint8_t, 4> &left,
+                    const std::array<std::uint8_t, 4> &right) {
+    Texture made{.width = 64, .height = 64, .texels = {}, .use = {.content = content}};
+    for (std::uint32_t i = 0; i < 64 * 64; ++i)
+        made.texels.push_back(i % 64 < 32 ? left : right);
+    return made;
+}
+
+// Adds an image of a layer, which lies on the same places as that of reflectance, or turned by half of a turn.
+void add_layer(Surface &surface, Layer layer, Texture image, bool is_turned = false) {
+    surface.layer(layer) = surface.layer(Layer::reflectance);
+    for (std::uint16_t &id : surface.layer(layer).ids)
+        id = static_cast<std::uint16_t>(surface.textures.size());
+    for (TextureCorners &corners : surface.layer(layer).corners)
+        for (glm::vec2 &corner : corners)
+            corner = is_turned ? 1.0F - corner : corner;
+    surface.textures.push_back(std::move(image));
+}
+
+// A square of this colour whose left half emits red light.
+Surface glowing_square(const Rgb8 &colour, std::uint8_t red) {
+    Surface surface = reflecting_square(map_of_halves({102, 0}, {102, 0}));
+    surface.colours.assign(4, colour);
+    add_layer(surface, Layer::emission, plain_image(ImageContent::emission, {red, 0, 0, 255}, {0, 0, 0, 255}));
+    return surface;
+}
+
+Material usual() { return {.ka = 0.25F, .kd = 0.5F}; }
+
+TEST(Reflectance, EmissionIsAddedToTheColourAndStaysWithoutLight) {
+    BuildOptions options = at_depth(6);
+    options.scene.default_material = usual();
+    BuildStatistics said;
+    // Linear: 0.2159 and 0.5028 of red, 0.2159 of green and blue.
+    const Model model = built(glowing_square({128, 128, 128}, 188), options, &said);
+    ASSERT_EQ(model.parameters.materials.size(), 2U);
+    EXPECT_NE(said_of(said, "materials").find("of images of roughness, metal and emission, 0."), std::string::npos);
+    const double sum = 0.2126 * 0.7187 + (0.7152 + 0.0722) * 0.2159, share = 0.2126 * 0.5028 / sum;
+    const std::vector<PlacedMaterial> placed = placed_materials(model);
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+        const auto &[x, material] = placed[i];
+        const Rgb8 colour = point_colour(model.levels.back().points.colours, i, ColourFormat::rgb888);
+        if (std::abs(x - 0.5) < 0.05)
+            continue;
+        const bool glows = x < 0.5;
+        ASSERT_NEAR(colour[0], glows ? linear_to_srgb(47099) : 128, 1) << x;
+        ASSERT_NEAR(colour[1], 128, 1);
+        ASSERT_NEAR(material.ka, glows ? share + (1 - share) * 0.25 : 0.25, 0.004) << x;
+        ASSERT_NEAR(material.kd, glows ? (1 - share) * 0.5 : 0.5, 0.004) << x;
+        ASSERT_NEAR(material.ks, 0.06, 0.003);
+    }
+}
+
+// What is emitted is there in the dark, to the last step: ka times the colour.
+TEST(Reflectance, EmissionOverWhiteIsNoDarker) {
+    BuildOptions options = at_depth(6);
+    options.scene.default_material = Material{.ka = 0, .kd = 1};
+    Surface surface = glowing_square({255, 255, 255}, 255);
+    surface.textures.back() = plain_image(ImageContent::emission, {255, 255, 255, 255}, {188, 188, 188, 255});
+    for (const auto &[x, material] : placed_materials(built(surface, options)))
+        if (std::abs(x - 0.5) > 0.05) {
+            ASSERT_NEAR(material.ka, x < 0.5 ? 1 : 0.5028, 0.004);
+        }
+}
+
+TEST(Reflectance, OneEmissionEverywhereIsInTheColours) {
+    Surface surface = glowing_square({0, 0, 0}, 188);
+    surface.textures.back() = plain_image(ImageContent::emission, {188, 0, 0, 255}, {188, 0, 0, 255});
+    const Model model = built(surface, at_depth(6));
+    ASSERT_EQ(model.parameters.materials.size(), 1U);
+    EXPECT_EQ(model.parameters.materials[0].ka, 1);
+    EXPECT_EQ(model.parameters.materials[0].kd, 0);
+    EXPECT_FALSE(model.parameters.attributes.material);
+    EXPECT_EQ(point_colour(model.levels.back().points.colours, 7, ColourFormat::rgb888), (Rgb8{188, 0, 0}));
+}
+
+TEST(Reflectance, OcclusionDarkensAmbientLightAlone) {
+    BuildOptions options = at_depth(6);
+    options.scene.default_material = usual();
+    Surface surface = reflecting_square(map_of_halves({102, 0}, {102, 0}));
+    add_layer(surface, Layer::occlusion, plain_image(ImageContent::darkness, {204, 0, 0, 255}, {0, 0, 0, 255}), true);
+    BuildStatistics said;
+    const Model model = built(surface, options, &said);
+    ASSERT_EQ(model.parameters.materials.size(), 2U);
+    EXPECT_NE(said_of(said, "materials").find("of images of roughness, metal and occlusion, 0."), std::string::npos);
+    for (const auto &[x, material] : placed_materials(model))
+        if (std::abs(x - 0.5) > 0.05) {
+            ASSERT_NEAR(material.ka, x > 0.5 ? 0.05 : 0.25, 0.002) << x; // the image is turned
+            ASSERT_EQ(material.kd, 0.5F);
+        }
+}
+
+// Images that do not lie on each other: each combination has its material.
+TEST(Reflectance, LayersMeetOnTheSurface) {
+    Surface surface = reflecting_square(map_of_halves({51, 255}, {102, 0}));
+    surface.colours.assign(4, {0, 0, 0});
+    add_layer(surface, Layer::emission, plain_image(ImageContent::emission, {255, 0, 0, 255}, {0, 0, 0, 255}));
+    for (TextureCorners &corners : surface.layer(Layer::emission).corners)
+        for (glm::vec2 &corner : corners) // left and right become up and down
+            std::swap(corner.x, corner.y);
+    BuildOptions options = at_depth(6);
+    const Model model = built(surface, options);
+    EXPECT_EQ(model.parameters.materials.size(), 4U);
+    options.threads = 1;
+    EXPECT_TRUE(file_of(built(surface, options)) == file_of(model));
+    Surface other = surface;
+    for (std::size_t i = 0; i < 2; ++i) { // another corner first
+        other.triangles[i] = {other.triangles[i].y, other.triangles[i].z, other.triangles[i].x};
+        for (ImageLayer &layer : other.layers)
+            if (!layer.corners.empty())
+                std::rotate(layer.corners[i].begin(), layer.corners[i].begin() + 1, layer.corners[i].end());
+    }
+    EXPECT_TRUE(file_of(built(other, options)) == file_of(model));
+}
+
+TEST(Reflectance, MetalsAreTinted) {
+    Surface surface = reflecting_square(map_of_halves({51, 255}, {102, 0}));
+    for (const Material &material : built(surface, at_depth(6)).parameters.materials)
+        EXPECT_EQ(material.tint, material.environment > 0 ? 255 : 0);
+    Surface of_factors = surface;
+    surface.textures[0].use.factors.tints = false;
+    of_factors.reflectances[0]->tints = false;
+    for (const Surface &other : {surface, of_factors})
+        for (const Material &material : built(other, at_depth(6)).parameters.materials)
+            EXPECT_EQ(material.tint, 0);
+}
+
+// Surfaces as a reader makes them of damaged files: any texels, any places, triangles without an image, no colours.
+TEST(Reflectance, NoSurfaceIsTooStrange) {
+    for (std::uint32_t seed = 0; seed < 12; ++seed) {
+        std::mt19937 random(seed);
+        const auto below = [&](std::uint32_t end) { return static_cast<std::uint32_t>(random() % end); };
+        Surface surface = reflecting_square(random_map(seed));
+        const std::size_t extra = below(30);
+        for (std::size_t i = 0; i < extra; ++i) {
+            const std::uint32_t first = static_cast<std::uint32_t>(surface.positions.size());
+            for (int k = 0; k < 3; ++k)
+                surface.positions.push_back(glm::dvec3(below(3), below(3), below(3)) * (below(2) != 0 ? 1e-9 : 1.0));
+            surface.triangles.push_back({first, first + 1, first + 2});
+        }
+        const std::size_t count = surface.triangles.size();
+        if (seed % 2 != 0)
+            for (std::size_t i = 0; i < surface.positions.size(); ++i)
+                surface.colours.push_back({static_cast<std::uint8_t>(below(256)), 0, 255});
+        const auto content = [&](Layer layer) {
+            return layer == Layer::emission    ? ImageContent::emission
+                   : layer == Layer::occlusion ? ImageContent::darkness
+                                               : ImageContent::reflectance;
+        };
+        for (const Layer layer : {Layer::reflectance, Layer::emission, Layer::occlusion}) {
+            if (below(3) == 0 && layer != Layer::reflectance)
+                continue;
+            Texture image{
+                .width = 1 + below(5), .height = 1 + below(5), .texels = {}, .use = {.content = content(layer)}};
+            for (std::uint32_t i = 0; i < image.width * image.height; ++i)
+                image.texels.push_back({static_cast<std::uint8_t>(random()), static_cast<std::uint8_t>(random()),
+                                        static_cast<std::uint8_t>(random()), 255});
+            image.use.wrap = {static_cast<Wrap>(below(3)), static_cast<Wrap>(below(3))};
+            surface.textures.push_back(std::move(image));
+            ImageLayer &to = surface.layer(layer);
+            to.ids.assign(count, Surface::kNoTexture);
+            to.corners.assign(count, {});
+            for (std::size_t i = 0; i < count; ++i) {
+                if (below(4) != 0)
+                    to.ids[i] = static_cast<std::uint16_t>(surface.textures.size() - 1);
+                for (glm::vec2 &corner : to.corners[i])
+                    corner = glm::vec2(static_cast<float>(below(7)) - 3, below(9) == 0 ? 999999.0F : 0.3F);
+            }
+        }
+        surface.reflectances = {below(2) != 0 ? std::optional(Reflectance{.metal = 1}) : std::nullopt};
+        BuildOptions options = at_depth(4);
+        const Model model = built(surface, options);
+        EXPECT_LE(model.parameters.materials.size(), kMaxMaterials);
+        const Bytes file = file_of(model); // refuses numbers of materials that do not exist
+        options.threads = 1;
+        EXPECT_TRUE(file_of(built(surface, options)) == file) << seed;
+    }
+}
+
 TEST(Reflectance, ManyValuesBecomeAsManyMaterialsAsTheFileHolds) {
     BuildOptions options = at_depth(6);
     BuildStatistics said;

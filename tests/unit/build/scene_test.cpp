@@ -132,6 +132,8 @@ TEST(LightRequest, PlacesInTheModelAreCountedFromTheGridsCorner) {
 TEST(MaterialRequest, NamesAndNumbers) {
     for (const std::string_view name : material_names())
         EXPECT_TRUE(read_material(name).ok()) << name;
+    EXPECT_EQ(read_material("gold,tint=0.5")->tint, 128);
+    EXPECT_EQ(read_material("gold")->tint, 0);
     const auto gold = read_material("gold,environment=0.5,colour=1,2,3");
     ASSERT_TRUE(gold.ok());
     EXPECT_EQ(gold->environment, 0.5F);
@@ -139,7 +141,7 @@ TEST(MaterialRequest, NamesAndNumbers) {
     EXPECT_EQ(read_material("ka=1")->ka, 1.0F);
     EXPECT_EQ(read_material("legacy")->kd, 0.0F);
     for (const char *text : {"", "wool", "ka=2", "kd=-1", "ks=nan", "power=0", "power=2000", "environment=1.1",
-                             "colour=#12345", "colour=1,2,300", "gold,shine=1"})
+                             "tint=1.1", "colour=#12345", "colour=1,2,300", "gold,shine=1"})
         EXPECT_FALSE(read_material(text).ok()) << text;
 }
 

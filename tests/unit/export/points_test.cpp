@@ -34,6 +34,7 @@ Model colourful_model(const Grid &grid, ColourFormat colour, std::size_t count) 
     parameters.attributes.material = true;
     parameters.materials = {{}, {0.1F, 0.3F, 1.0F / 3, 1024, {1, 2, 255}, 1}, {0, 1, 0, 0.7F, {0, 0, 1}, 0.1F}};
     parameters.materials[2].shape = PointShape::round;
+    parameters.materials[1].tint = 201;
     PointAttributes points;
     points.resize(codes.size(), parameters.attributes);
     const RadiusClasses classes = radius_classes(grid.depth);
@@ -211,7 +212,7 @@ TEST(Export, TheHeaderNamesGridUnitAndCredits) {
     for (const char *line :
          {"\ncomment name two lines\n", "\ncomment licence CC0\n", "\ncomment unit mm\n", "\ncomment up +z\n",
           "\ncomment grid origin 0.1 -2 8500000 voxel_size 0.3333333333333333 depth 5\n", "\nelement material 3\n",
-          "\n0.1 0.3 0.33333334 1024 1 2 255 1 0\n"})
+          "\n0.1 0.3 0.33333334 1024 1 2 255 1 0 201\n", "\nproperty uchar shape\nproperty uchar tint\n"})
         EXPECT_NE(text.find(line), std::string::npos) << line;
 }
 

@@ -296,9 +296,9 @@ TEST(ByteTables, OfFieldsAreTheCode) {
 }
 
 TEST(ByteTables, OfShapesIsTheCode) {
-    const Material material{.shape = PointShape::round};
+    const Material material{.shape = PointShape::round, .tint = 37};
     expect_table(shape_table, encode_shapes(std::array{material}),
-                 {integer("shape", 1, 1), {"later versions", Bytes(7)}});
+                 {integer("shape", 1, 1), integer("tint", 37, 1), {"later versions", Bytes(6)}});
 }
 
 TEST(ByteTables, OfPointStreamsAreTheCode) {

@@ -85,12 +85,32 @@ TEST(File, ShapesAreASectionThatEarlierReadersIgnore) {
     EXPECT_EQ(decode_header(discs)->minor, 0);
 }
 
+TEST(File, TintsAreBytesOfRecordsOfShapes) {
+    Model model = test::sphere_model(4, {});
+    const Bytes plain = encode(model);
+    model.parameters.materials[0].tint = 200;
+    for (const Storage storage : {Storage::packed, Storage::mapped}) {
+        const Bytes tinted = encode(model, {.storage = storage});
+        EXPECT_EQ(load(tinted), model);
+        EXPECT_EQ(decode_header(tinted)->minor, 5);
+        EXPECT_EQ(decode_header(tinted)->content_id, decode_header(plain)->content_id);
+        EXPECT_TRUE(validate(tinted, {.least = Severity::info}).findings.empty());
+        // Written by a version that knew no tints, it is as valid.
+        test::FileEditor editor(tinted);
+        editor.set<std::uint16_t>(10, 3);
+        editor.repair();
+        EXPECT_EQ(load(editor.bytes()), model);
+        EXPECT_TRUE(validate(editor.bytes(), {.least = Severity::info}).findings.empty());
+    }
+}
+
 TEST(File, AShapeOfALaterVersionIsADisc) {
     const std::vector<Material> two(2);
     EXPECT_EQ(value_of(decode_shapes(Bytes{2, 9, 9, 9, 9, 9, 9, 9, 1, 0, 0, 0, 0, 0, 0, 0}, two))[0].shape,
               PointShape::disc);
     EXPECT_EQ(value_of(decode_shapes(Bytes{2, 9, 9, 9, 9, 9, 9, 9, 1, 0, 0, 0, 0, 0, 0, 0}, two))[1].shape,
               PointShape::round);
+    EXPECT_EQ(value_of(decode_shapes(Bytes{2, 9, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}, two))[0].tint, 9);
     EXPECT_EQ(decode_shapes(Bytes(15), two).error().code, ErrorCode::bad_section);
 }
 

@@ -78,10 +78,14 @@ void expect_contents(const std::filesystem::path &path, const Json &expected) {
     EXPECT_EQ(reader->parameters().lights.size(), expected.at("lights").get<std::size_t>()) << path;
     EXPECT_EQ(reader->parameters().closed, expected.value("closed", false)) << path;
     std::vector<std::size_t> round;
-    for (std::size_t m = 0; m < reader->parameters().materials.size(); ++m)
+    std::vector<int> tints;
+    for (std::size_t m = 0; m < reader->parameters().materials.size(); ++m) {
+        tints.push_back(reader->parameters().materials[m].tint);
         if (is_round(reader->parameters().materials[m]))
             round.push_back(m);
+    }
     EXPECT_EQ(round, expected.value("round", std::vector<std::size_t>())) << path;
+    EXPECT_EQ(tints, expected.value("tints", std::vector<int>(tints.size()))) << path;
     EXPECT_EQ(rasters(*reader).size(), expected.at("rasters").size()) << path;
     const Json &chunks = expected.at("chunks");
     ASSERT_EQ(static_cast<std::size_t>(reader->depth()), chunks.size()) << path;

@@ -132,9 +132,10 @@ TEST(ModelEdit, KeepsWhetherTheSurfaceIsClosed) {
     EXPECT_EQ(edited_model(file, edit).error().code, ErrorCode::usage);
 }
 
-TEST(ModelEdit, KeepsTheShapesOfMaterials) {
+TEST(ModelEdit, KeepsTheShapesAndTintsOfMaterials) {
     Model model = test::sphere_model(3, {});
     model.parameters.materials[0].shape = PointShape::round;
+    model.parameters.materials[0].tint = 7;
     for (const Storage storage : {Storage::packed, Storage::mapped}) {
         const Bytes file = file_of(model, storage);
         ModelEdit edit(value_of(Reader::open(file)));

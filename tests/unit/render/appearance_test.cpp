@@ -424,6 +424,30 @@ TEST(ShadingOfPoints, UnlitIsTheirOwnColourExactly) {
             ASSERT_TRUE(colour >> 24 != 255 || colour == pack_rgba({128, 90, 200, 255})) << std::hex << colour;
 }
 
+// A ball of colour (128, 90, 200) that reflects a white panorama by half, drawn by every renderer.
+TEST(Mirror, TintsByTheMaterialsShare) {
+    for (const int tint : {0, 128, 255})
+        for (const bool has_colours : {false, true}) {
+            Model model = has_colours ? coloured_ball() : smooth_ball(6, {});
+            model.parameters.materials[0] = {.ka = 1,
+                                             .kd = 0,
+                                             .ks = 0,
+                                             .colour = has_colours ? Rgb8{0, 0, 0} : Rgb8{128, 90, 200},
+                                             .environment = 0.5F,
+                                             .tint = static_cast<std::uint8_t>(tint)};
+            model.images.panorama = {.width = 4, .height = 2, .channels = 3, .texels = Bytes(24, 255)};
+            const auto pictures = pictures_of(model, {});
+            for (std::size_t renderer = 0; renderer < pictures.size(); ++renderer)
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const double own = linear_table()[Rgb8{128, 90, 200}[c]] / 65535.0, share = tint / 255.0;
+                    const double expected = own + 0.5 * ((1 - share + share * own) - own);
+                    EXPECT_NEAR(unpack_rgba(pictures[renderer].colour[40 * 80 + 40])[c],
+                                linear_to_srgb(static_cast<std::uint32_t>(expected * 65535 + 0.5)), 1)
+                        << tint << ' ' << has_colours << ' ' << renderer << ' ' << c;
+                }
+        }
+}
+
 TEST(ShadingOfPoints, ColoursKeepTheirBrightnessWhereTheyFaceTheEye) {
     for (const Framebuffer &picture : pictures_of(coloured_ball(), {})) {
         const Rgba8 middle = unpack_rgba(picture.colour[40 * 80 + 40]);
@@ -470,6 +494,21 @@ TEST(ShadingOfPoints, WhatHasNoColoursOrIsLitOnPurposeIsLit) {
     fixed.lights_follow = LightsFollow::model;
     for (const Appearance &look : {moved, shiny, fixed, plain})
         EXPECT_FALSE(is_softened(model, {}, look));
+    Model lamp = model; // three quarters of its colour are light of its own
+    lamp.parameters.materials[0].ka = 0.75F + 0.25F * 0.2F;
+    lamp.parameters.materials[0].kd = 0.25F * 0.7F;
+    const auto darkest = [](const Framebuffer &picture) {
+        std::uint8_t least = 255;
+        for (std::size_t at = 0; at < picture.pixels(); ++at)
+            if (picture.depth[at] < std::numeric_limits<float>::infinity())
+                least = std::min(least, unpack_rgba(picture.colour[at])[0]);
+        return linear_table()[least];
+    };
+    for (const Framebuffer &picture : pictures_of(lamp, {.background = {255, 255, 255, 255}})) {
+        EXPECT_NEAR(unpack_rgba(picture.colour[40 * 80 + 40])[0], 128, 2);
+        EXPECT_GT(darkest(picture), linear_table()[128] * 3 / 4);
+    }
+    EXPECT_LT(darkest(pictures_of(model, {})[0]), linear_table()[128] * 3 / 4);
     Model unlit = model; // as KHR_materials_unlit
     unlit.parameters.materials[0] = {.ka = 1, .kd = 0, .ks = 0};
     for (const Framebuffer &picture : pictures_of(unlit, {}))

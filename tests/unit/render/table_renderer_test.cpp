@@ -70,6 +70,7 @@ std::vector<NamedModel> make_ball_models() {
     colour_by_field(measured, field_colours(1, measured.parameters.fields[1], {}, measured.levels.back().fields[1]));
     models.push_back({"ground, panorama and a mirror", ball_on_ground({.colour = ColourFormat::rgb888})});
     models.back().model.parameters.materials[0].environment = 0.4F;
+    models.back().model.parameters.materials[0].tint = 160;
     for (NamedModel &named : models)
         named.model = without_dense_radius(std::move(named.model));
     return models;

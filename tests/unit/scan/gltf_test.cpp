@@ -418,20 +418,91 @@ TEST(Gltf, RoughnessAndMetalOfImagesAreKept) {
     EXPECT_TRUE(s.texture_ids.empty() && s.colours.empty());
 }
 
-// Each material gets a copy of its own.
-TEST(Gltf, DarkMetalsReflectLittle) {
-    const auto metal_with = [](const json &metallic) {
-        json described = metallic;
-        described["metallicRoughnessTexture"] = {{"index", 0}};
-        described["roughnessFactor"] = 0;
-        const Surface s = with_reflectance({{"pbrMetallicRoughness", described}});
-        return s.textures[s.layer(Layer::reflectance).ids[0]].texels[0][1];
+// Their reflection has the colour of the surface, so that it is dark where that is.
+TEST(Gltf, MetalsTintWhatTheyReflect) {
+    const auto material_of = [](const json &metallic) {
+        return with_reflectance({{"pbrMetallicRoughness", metallic}}).materials[0];
     };
-    EXPECT_EQ(metal_with({}), 102);
-    EXPECT_EQ(metal_with({{"baseColorFactor", {0.25, 0.5, 0, 1}}}), 51);
-    // The brightest channel of the image of colours is 102, which is 0.133 in linear light.
-    EXPECT_EQ(metal_with({{"baseColorTexture", {{"index", 0}}}}), 14);
-    EXPECT_EQ(metal_with({{"baseColorTexture", {{"index", 0}, {"texCoord", 1}}}}), 102); // it lies elsewhere
+    EXPECT_EQ(material_of({{"roughnessFactor", 0.5}}).tint, 255);
+    EXPECT_EQ(material_of({{"roughnessFactor", 0.5}, {"baseColorFactor", {0.1, 0, 0, 1}}}).environment,
+              material_of({{"roughnessFactor", 0.5}}).environment);
+    EXPECT_EQ(material_of({{"roughnessFactor", 0.5}, {"metallicFactor", 0}}).tint, 0); // it reflects nothing
+    EXPECT_EQ(material_of({{"roughnessFactor", 1}}).tint, 0);
+    const Surface glossy =
+        with_reflectance({{"extensions", {{"KHR_materials_pbrSpecularGlossiness", {{"specularFactor", {1, 1, 1}}}}}}});
+    EXPECT_GT(glossy.materials[0].environment, 0);
+    EXPECT_EQ(glossy.materials[0].tint, 0); // its colour is not that of the metal
+}
+
+TEST(Gltf, EmissionBesideAColourIsALayer) {
+    json material{{"pbrMetallicRoughness", {{"baseColorFactor", {0.5, 0.5, 0.5, 1}}, {"roughnessFactor", 0.25}}},
+                  {"emissiveFactor", {1, 0.5, 0.125}},
+                  {"emissiveTexture", {{"index", 0}}},
+                  {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 2}}}}}};
+    const Surface s = with_reflectance(material);
+    ASSERT_EQ(s.layer(Layer::emission).ids.size(), 1U);
+    const Texture &light = s.textures[s.layer(Layer::emission).ids[0]];
+    EXPECT_TRUE(are_colours(light.use.content));
+    // 0, 51 and 102 times 2, 1 and 0.25 in linear light.
+    EXPECT_EQ(light.texels, (std::vector<std::array<std::uint8_t, 4>>{{0, 51, 51, 255}}));
+    EXPECT_EQ(s.layer(Layer::emission).corners[0], (TextureCorners{{{0, 1}, {1, 1}, {1, 0}}}));
+    EXPECT_EQ(s.colours[0], (Rgb8{188, 188, 188}));
+    EXPECT_TRUE(says(s, "emission beside a colour", Fate::converted));
+    // The factors of its reflection are an image too.
+    ASSERT_EQ(s.layer(Layer::reflectance).ids.size(), 1U);
+    EXPECT_EQ(s.textures[s.layer(Layer::reflectance).ids[0]].texels,
+              (std::vector<std::array<std::uint8_t, 4>>{{64, 191, 191, 255}}));
+    material["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
+    material["pbrMetallicRoughness"]["baseColorFactor"] = {0, 0, 0, 1};
+    EXPECT_EQ(with_reflectance(material).layer(Layer::emission).ids.size(), 1U); // black by its factor
+    material["emissiveTexture"]["index"] = 1;
+    const Surface damaged = with_reflectance(material);
+    EXPECT_TRUE(damaged.layer(Layer::emission).ids.empty());
+    EXPECT_TRUE(says(damaged, "texture image 'images[1]'", Fate::dropped));
+}
+
+TEST(Gltf, EmissionWithoutAnImageLiesEverywhere) {
+    json material{{"emissiveFactor", {0.25, 0, 0}}};
+    const Surface s = with_reflectance(material);
+    ASSERT_EQ(s.layer(Layer::emission).ids.size(), 1U);
+    EXPECT_EQ(s.textures[s.layer(Layer::emission).ids[0]].texels,
+              (std::vector<std::array<std::uint8_t, 4>>{{137, 0, 0, 255}}));
+    EXPECT_EQ(s.colours.size(), s.positions.size()); // to which it is added
+    EXPECT_TRUE(says(s, "TEXCOORD_0", Fate::dropped));
+    material["emissiveFactor"] = {0, 0, 0};
+    EXPECT_TRUE(with_reflectance(material).textures.empty());
+    material["emissiveTexture"]["index"] = 0;
+    EXPECT_TRUE(says(with_reflectance(material), "emissiveTexture of materials", Fate::dropped));
+    material["emissiveFactor"] = {1, 1, 1};
+    material["extensions"]["KHR_materials_unlit"] = json::object();
+    const Surface unlit = with_reflectance(material);
+    EXPECT_TRUE(unlit.textures.empty());
+    EXPECT_TRUE(says(unlit, "emissiveTexture of materials", Fate::dropped));
+    EXPECT_TRUE(says(unlit, "emissiveFactor of materials", Fate::dropped));
+}
+
+TEST(Gltf, EmissionOfPointsIsSaid) {
+    Glb glb;
+    glb.doc["materials"] = {{{"emissiveFactor", {1, 0, 0}}}};
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}, {"mode", 0}, {"material", 0}}});
+    const Surface s = surface(glb);
+    EXPECT_TRUE(s.layer(Layer::emission).ids.empty() && s.colours.empty());
+    EXPECT_TRUE(says(s, "emission of points", Fate::dropped));
+}
+
+TEST(Gltf, OcclusionIsTheAmbientLightThatDoesNotArrive) {
+    json material{{"occlusionTexture", {{"index", 0}, {"strength", 0.5}}}};
+    const Surface s = with_reflectance(material);
+    ASSERT_EQ(s.layer(Layer::occlusion).ids.size(), 1U);
+    // Red is 0.
+    EXPECT_EQ(s.textures[s.layer(Layer::occlusion).ids[0]].texels[0], (std::array<std::uint8_t, 4>{128, 0, 0, 255}));
+    EXPECT_EQ(s.layer(Layer::reflectance).ids.size(), 1U);
+    EXPECT_TRUE(s.colours.empty());
+    EXPECT_FALSE(says(s, "occlusionTexture of materials", Fate::dropped));
+    material["extensions"]["KHR_materials_unlit"] = json::object();
+    EXPECT_TRUE(says(with_reflectance(material), "occlusionTexture of materials", Fate::dropped));
+    material = {{"occlusionTexture", {{"index", 7}}}};
+    EXPECT_TRUE(says(with_reflectance(material), "occlusionTexture of materials", Fate::dropped));
 }
 
 TEST(Gltf, SpecularAndGlossOfImagesAreKept) {
@@ -441,9 +512,11 @@ TEST(Gltf, SpecularAndGlossOfImagesAreKept) {
     const Surface s = with_reflectance(material);
     ASSERT_EQ(s.textures.size(), 1U);
     EXPECT_EQ(s.textures[0].texels[0][0], 153); // 1 - 0.5 x 204 / 255
+    EXPECT_FALSE(s.textures[0].use.factors.tints);
     glossy = {{"glossinessFactor", 0.5}, {"specularFactor", {0.02, 0, 0}}};
     const Reflectance half = with_reflectance(material).reflectances[0].value();
     EXPECT_EQ(half.roughness, 0.5);
+    EXPECT_FALSE(half.tints);
     EXPECT_EQ(half.metal, 0);
     EXPECT_NEAR(half.specular, 0.5, 1e-6);
     // Without its image, the usual factor would make a mirror.
@@ -806,9 +879,9 @@ TEST(Gltf, EmissionIsTheColourOfWhatIsBlackOtherwise) {
     described["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = 4;
     EXPECT_EQ(surface(glb).colours[0], (Rgb8{188, 255, 255}));
     described.erase("extensions");
-    glb.doc["materials"][0].erase("pbrMetallicRoughness");
-    EXPECT_TRUE(surface(glb).textures.empty());
-    EXPECT_TRUE(says(surface(glb), "emissiveTexture of materials", Fate::dropped));
+    glb.doc["materials"][0].erase("pbrMetallicRoughness"); // white
+    EXPECT_TRUE(surface(glb).texture_ids.empty());
+    EXPECT_EQ(surface(glb).layer(Layer::emission).ids.size(), 1U);
 }
 
 TEST(Gltf, BytesThatFillOrFollowAreNoReasonToRefuse) {

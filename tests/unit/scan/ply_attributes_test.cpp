@@ -102,6 +102,8 @@ TEST(PlyAttributes, MaterialsOfTheDissertationAreRead) {
     const Surface round = surface(shapes + "0 0 0 1\n1 1 1 0\n0 0 0 1 1 1 0 0 1\n0 0 0 1 0 0 1 0 2\n");
     EXPECT_EQ(round.materials[0].shape, PointShape::round);
     EXPECT_EQ(round.materials[1].shape, PointShape::disc); // a shape of later versions
+    const std::string tints = replaced(kMaterials, "envmapfactor\n", "envmapfactor\nproperty uchar tint\n");
+    EXPECT_EQ(surface(tints + "0 0 0 1\n1 1 1 0\n0 0 0 1 1 1 0 0 1\n0 0 0 1 0 0 1 0 255\n").materials[1].tint, 255);
 }
 
 TEST(PlyAttributes, ImpossibleMaterialsAreRefused) {

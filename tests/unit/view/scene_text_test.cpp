@@ -42,6 +42,8 @@ TEST(SceneText, GivesTheWholeSceneForAShell) {
               " --light directional,direction=0,0,-1,intensity=1,1,1,shadows=on"
               " --light point,position=0,0,0,intensity=1,1,1,shadows=off --shadows --material bronze"
               " --ground plain --ground-material 'default,ka=0.2,kd=0.5,ks=0.1,power=16,environment=0,colour=#cccccc'");
+    EXPECT_EQ(material_as_option({.kd = 0.5F, .tint = 255}),
+              "default,ka=0.2,kd=0.5,ks=0.1,power=16,environment=0,colour=#cccccc,tint=1");
     EXPECT_EQ(shell_quoted("it's"), "'it'\\''s'");
     EXPECT_EQ(shell_quoted(""), "''");
     EXPECT_EQ(shell_quoted("a/b-1.pbvg"), "a/b-1.pbvg");

@@ -76,7 +76,7 @@ void add_material_options(CommandLine &line, SceneArguments &arguments) {
     line.topic = kMaterials;
     line.add("--material",
              "Material of the object, or several: of its 1st, 2nd... material. " + joined(material_names()) +
-                 "; then ka=, kd=, ks=, power=, colour=#rrggbb, environment=: \"gold,ks=0.5\"",
+                 "; then ka=, kd=, ks=, power=, colour=#rrggbb, environment=, tint=: \"gold,ks=0.5\"",
              &arguments.materials, {.type = "MATERIAL", .check = command_line::readable(read_material)});
     line.add("--legacy-material", "Default material of the dissertation: ambient grey", &arguments.legacy_material);
     line.add("--ignore-point-colours,--ignore-point-colors", "Leave colours and materials of the scan out",

@@ -19,6 +19,7 @@ void set_reflectance(const Reflectance &reflectance, Material &material) {
     material.ks = static_cast<float>((1 - rough) * (0.1 * reflectance.specular + 0.6 * reflectance.metal));
     material.power = static_cast<float>(std::clamp(2 / std::max(1e-6, rough * rough * rough * rough) - 2, 1.0, 1024.0));
     material.environment = static_cast<float>(0.4 * reflectance.metal * (1 - rough));
+    material.tint = reflectance.tints && material.environment > 0 ? 255 : 0;
 }
 
 Reflectance reflectance_of(double specular, double gloss) {
@@ -48,26 +49,26 @@ void settle_reflectance(Texture &image) {
         texel = {roughness, metal, specular, 255};
     }
     image.use.content = ImageContent::reflectance;
-    image.use.factors = {};
+    image.use.factors = {.tints = factors.tints};
 }
 
-void darken_metal(Texture &image, const Texture *colours, const glm::vec3 &factor) {
+void settle_emission(Texture &image) {
     const std::span<const std::uint16_t> linear = linear_table();
-    const auto brightest = [&](std::size_t x, std::size_t y) {
-        std::array<std::uint8_t, 4> texel{255, 255, 255, 255};
-        if (colours != nullptr)
-            texel =
-                colours->texels[y * colours->height / image.height * colours->width + x * colours->width / image.width];
-        double most = 0;
-        for (std::size_t c = 0; c < 3; ++c)
-            most = std::max(most, static_cast<double>(factor[static_cast<int>(c)]) * (linear[texel[c]] / 65535.0));
-        return most;
-    };
-    for (std::size_t y = 0; y < image.height; ++y)
-        for (std::size_t x = 0; x < image.width; ++x) {
-            std::uint8_t &metal = image.texels[y * image.width + x][1];
-            metal = share_to_byte(metal / 255.0 * brightest(x, y));
-        }
+    std::array<std::array<std::uint8_t, 256>, 3> table{};
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t i = 0; i < 256; ++i)
+            table[c][i] = linear_to_srgb(static_cast<std::uint32_t>(
+                std::min(image.use.light[c] * static_cast<float>(linear[i]) + 0.5F, 65535.0F)));
+    for (auto &texel : image.texels)
+        texel = {table[0][texel[0]], table[1][texel[1]], table[2][texel[2]], 255};
+    image.use.light = {1, 1, 1};
+}
+
+void settle_occlusion(Texture &image) {
+    for (auto &texel : image.texels)
+        texel = {share_to_byte(static_cast<double>(image.use.strength) * (1 - texel[0] / 255.0)), 0, 0, 255};
+    image.use.content = ImageContent::darkness;
+    image.use.strength = 1;
 }
 
 } // namespace pbm::build

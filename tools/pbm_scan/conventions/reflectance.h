@@ -5,15 +5,13 @@
 #include "pbm_format/model/model.h"
 #include "pbm_scan/surface/surface.h"
 
-#include <glm/vec3.hpp>
-
 #include <array>
 #include <cstdint>
 
 namespace pbm::build {
 
-// Sets coefficient and exponent of the reflection of lights, and the share of a panorama's reflection. A metal reflects
-// more; what is rough reflects less, and wider.
+// Sets coefficient and exponent of the reflection of lights, and the share of a panorama's reflection and its tint. A
+// metal reflects more, and in its colour; what is rough reflects less, and wider.
 void set_reflectance(const Reflectance &reflectance, Material &material);
 
 // A reflection of `specular` (0..1, linear; of most surfaces 0.04) that is as sharp as `gloss`, 0..1.
@@ -26,8 +24,10 @@ ReflectanceTexel texel_of(const Reflectance &reflectance);
 // Makes `image`, whose content is `roughness_metal` or `specular_gloss`, one of `reflectance`.
 void settle_reflectance(Texture &image);
 
-// Multiplies the metal of an image of `reflectance` by the brightest channel of the surface's colour, since a metal
-// reflects in its colour: `factor`, linear, times the image of colours that lies on the same places, or null.
-void darken_metal(Texture &image, const Texture *colours, const glm::vec3 &factor);
+// Multiplies an image of `emission` by its factors; no channel gets brighter than white.
+void settle_emission(Texture &image);
+
+// Makes `image`, whose content is `occlusion`, one of `darkness`.
+void settle_occlusion(Texture &image);
 
 } // namespace pbm::build

@@ -59,12 +59,17 @@ glm::mat3 transform_of(const Json *extension) {
 
 constexpr const char *kEmission = "emission of materials";
 
-// The emissive factor of a material that shows nothing else: black, without an image of colours. Null: of another one.
-const Json *emission_of(const Json &material, const glm::vec4 &factor, bool has_image) {
-    const Json *const emission = member(&material, "emissiveFactor");
-    if (has_image || glm::vec3(factor) != glm::vec3(0) || items(emission) < 3)
-        return nullptr;
-    return glm::vec3(factor_of(emission)) != glm::vec3(0) ? emission : nullptr;
+glm::vec3 emissive_factor(const Json &material) {
+    const Json *const factor = member(&material, "emissiveFactor");
+    return items(factor) < 3 ? glm::vec3(0) : glm::vec3(factor_of(factor));
+}
+
+// Linear; the image of emission multiplies it.
+glm::vec3 emitted_light(const Json &material) {
+    constexpr double kMaxStrength = 1e6;
+    const Json *const extension = member(member(&material, "extensions"), "KHR_materials_emissive_strength");
+    const double strength = std::clamp(number_of(extension, "emissiveStrength", 1), 0.0, kMaxStrength);
+    return static_cast<float>(strength) * emissive_factor(material);
 }
 
 } // namespace
@@ -86,7 +91,7 @@ GltfMaterials::GltfMaterials(GltfDocument &document, const ReadOptions &options,
     }
 }
 
-std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use, const std::string &variant) {
+std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use) {
     const Json *const described = item(document_.root("images"), image);
     const std::string uri = text_of(described, "uri"), given = text_of(described, "name");
     const std::string name = !uri.empty() && !uri.starts_with("data:") ? uri
@@ -97,7 +102,7 @@ std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use
         return Surface::kNoTexture;
     };
     // The number makes the name unique.
-    const std::string key = variant + std::to_string(image) + "/" + name;
+    const std::string key = std::to_string(image) + "/" + name;
     if (const auto of_view = index_of(described, "bufferView")) {
         const auto view = document_.view(*of_view);
         return view ? images_.of_bytes(key, view->bytes, use) : drop(view.error().message);
@@ -108,7 +113,7 @@ std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use
     return resource ? images_.of_bytes(key, resource->bytes(), use) : drop(resource.error().message);
 }
 
-bool GltfMaterials::read_image(const Json &used, TextureUse use, GltfImage &image, const std::string &variant) {
+bool GltfMaterials::read_image(const Json &used, TextureUse use, GltfImage &image) {
     const Json *const texture = item(document_.root("textures"), index_of(&used, "index").value_or(~std::size_t{0}));
     if (texture == nullptr)
         return false;
@@ -126,7 +131,7 @@ bool GltfMaterials::read_image(const Json &used, TextureUse use, GltfImage &imag
     const Json *const sampler =
         item(document_.root("samplers"), index_of(texture, "sampler").value_or(~std::size_t{0}));
     use.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")};
-    image.texture = load_image(*source, use, variant);
+    image.texture = load_image(*source, use);
     const Json *const transform = member(member(&used, "extensions"), "KHR_texture_transform");
     image.transform = transform_of(transform);
     const auto set = index_of(transform, "texCoord");
@@ -144,38 +149,20 @@ void GltfMaterials::read_colour_image(const Json &used, GltfMaterial &material) 
     material.has_image = read_image(used, use, material.image);
 }
 
+void GltfMaterials::read_layer(Layer layer, const Json *texture, const char *name, const TextureUse &use,
+                               GltfMaterial &material) {
+    if (texture != nullptr && !read_image(*texture, use, material.layers[static_cast<std::size_t>(layer)]))
+        drop_once(report_, std::string(name) + " of materials", "it names no image that is read here",
+                  Warning::missing_image);
+}
+
 void GltfMaterials::read_normal_map(const Json &used, GltfMaterial &material) {
     constexpr double kMaxScale = 1000;
     const double scale = std::clamp(number_of(&used, "scale", 1), -kMaxScale, kMaxScale);
-    GltfImage &image = material.layers[static_cast<std::size_t>(Layer::normals)];
-    if (!read_image(used,
-                    {.content = ImageContent::normals,
-                     .relief = static_cast<float>(scale),
-                     .is_green_down = options_.flip_green},
-                    image))
-        drop_once(report_, "normalTexture of materials", "it names no image that is read here", Warning::missing_image);
-}
-
-void GltfMaterials::read_reflectance_image(const Json *texture, const char *name, const TextureUse &use,
-                                           GltfMaterial &material) {
-    if (texture == nullptr)
-        return;
-    GltfImage &image = material.layers[static_cast<std::size_t>(Layer::reflectance)];
-    const std::size_t before = surface_.textures.size();
-    // Each image of colours darkens its own copy.
-    const glm::vec3 factor(material.factor);
-    const std::string variant = std::to_string(material.image.texture) + " " + std::to_string(factor.x) + " " +
-                                std::to_string(factor.y) + " " + std::to_string(factor.z) + " ";
-    if (!read_image(*texture, use, image, variant))
-        drop_once(report_, std::string(name) + " of materials", "it names no image that is read here",
-                  Warning::missing_image);
-    if (surface_.textures.size() == before || use.content != ImageContent::roughness_metal)
-        return;
-    const bool is_on_same_places = material.image.texture != Surface::kNoTexture &&
-                                   material.image.coordinates == image.coordinates &&
-                                   material.image.transform == image.transform;
-    darken_metal(surface_.textures.back(), is_on_same_places ? &surface_.textures[material.image.texture] : nullptr,
-                 factor);
+    read_layer(
+        Layer::normals, &used, "normalTexture",
+        {.content = ImageContent::normals, .relief = static_cast<float>(scale), .is_green_down = options_.flip_green},
+        material);
 }
 
 void GltfMaterials::read_reflectance(const Json &described, GltfMaterial &material) {
@@ -190,13 +177,17 @@ void GltfMaterials::read_reflectance(const Json &described, GltfMaterial &materi
     const Json *const extensions = member(&described, "extensions");
     if (const Json *const glossy = member(extensions, "KHR_materials_pbrSpecularGlossiness")) {
         const Json *const image = member(glossy, "specularGlossinessTexture");
+        // The diffuse colour of such a metal is black.
         const Reflectance factors{.roughness = share(glossy, "glossinessFactor", 1),
-                                  .specular = strongest(member(glossy, "specularFactor"))};
-        read_reflectance_image(image, "specularGlossinessTexture",
-                               {.content = ImageContent::specular_gloss, .factors = factors}, material);
+                                  .specular = strongest(member(glossy, "specularFactor")),
+                                  .tints = false};
+        read_layer(Layer::reflectance, image, "specularGlossinessTexture",
+                   {.content = ImageContent::specular_gloss, .factors = factors}, material);
         // Without its image, the usual factor of gloss would make a mirror.
-        if (image == nullptr || material.has_image_of(Layer::reflectance))
+        if (image == nullptr || material.has_image_of(Layer::reflectance)) {
             material.reflectance = reflectance_of(factors.specular, factors.roughness);
+            material.reflectance->tints = false;
+        }
     } else {
         const Json *const metallic = member(&described, "pbrMetallicRoughness");
         const Json *const specular = member(extensions, "KHR_materials_specular");
@@ -204,11 +195,49 @@ void GltfMaterials::read_reflectance(const Json &described, GltfMaterial &materi
                                   share(specular, "specularFactor", 1) *
                                       strongest(member(specular, "specularColorFactor"))};
         material.reflectance = factors;
-        read_reflectance_image(member(metallic, "metallicRoughnessTexture"), "metallicRoughnessTexture",
-                               {.content = ImageContent::roughness_metal, .factors = factors}, material);
+        read_layer(Layer::reflectance, member(metallic, "metallicRoughnessTexture"), "metallicRoughnessTexture",
+                   {.content = ImageContent::roughness_metal, .factors = factors}, material);
     }
     if (material.reflectance)
         set_reflectance(*material.reflectance, material.material);
+}
+
+// Light that is added to the colour.
+void GltfMaterials::read_emission(const Json &described, GltfMaterial &material) {
+    const Json *const texture = member(&described, "emissiveTexture");
+    const glm::vec3 light = emitted_light(described);
+    if (light == glm::vec3(0)) {
+        if (texture != nullptr)
+            drop_once(report_, "emissiveTexture of materials", "their emissiveFactor is black");
+        return;
+    }
+    const TextureUse use{.content = ImageContent::emission, .light = {light.x, light.y, light.z}};
+    GltfImage &image = material.layers[static_cast<std::size_t>(Layer::emission)];
+    if (texture != nullptr)
+        read_layer(Layer::emission, texture, "emissiveTexture", use, material);
+    else
+        image = {.texture = images_.of_texel(use), .is_uniform = true};
+    if (image.texture != Surface::kNoTexture)
+        report_once(report_, {"emission beside a colour", Fate::converted,
+                              "added to the colours of points, which keep "
+                              "that share of them without light"});
+}
+
+// Less ambient light.
+void GltfMaterials::read_occlusion(const Json &described, GltfMaterial &material) {
+    const Json *const texture = member(&described, "occlusionTexture");
+    const auto strength = static_cast<float>(std::clamp(number_of(texture, "strength", 1), 0.0, 1.0));
+    read_layer(Layer::occlusion, texture, "occlusionTexture",
+               {.content = ImageContent::occlusion, .strength = strength}, material);
+}
+
+// Where there is emission or occlusion, an image of reflectance is expected too.
+void GltfMaterials::complete_reflectance(GltfMaterial &material) {
+    const bool is_needed = material.has_image_of(Layer::emission) || material.has_image_of(Layer::occlusion);
+    if (is_needed && !material.has_image_of(Layer::reflectance))
+        material.layers[static_cast<std::size_t>(Layer::reflectance)] = {
+            .texture = images_.of_texel({.content = ImageContent::roughness_metal, .factors = *material.reflectance}),
+            .is_uniform = true};
 }
 
 std::uint16_t GltfMaterials::plain_image(const GltfMaterial &material) {
@@ -230,36 +259,37 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
     const Json *const image =
         glossy != nullptr ? member(glossy, "diffuseTexture") : member(metallic, "baseColorTexture");
     made.factor = factor_of(colour_factor(*described), static_cast<double>(white_));
-    const Json *const emission = emission_of(*described, made.factor, image != nullptr);
-    if (emission != nullptr) {
-        const double strength = std::clamp(
-            number_of(member(extensions, "KHR_materials_emissive_strength"), "emissiveStrength", 1), 0.0, 1e6);
-        const glm::vec3 light = static_cast<float>(strength) * glm::vec3(factor_of(emission));
-        made.factor = glm::vec4(glm::min(light, glm::vec3(1)), made.factor.w);
+    const bool is_unlit = member(extensions, "KHR_materials_unlit") != nullptr;
+    const bool emits = emissive_factor(*described) != glm::vec3(0);
+    // Black, so that all that it shows is its light.
+    const bool is_lamp = image == nullptr && glm::vec3(made.factor) == glm::vec3(0) && emits;
+    if (is_lamp) {
+        made.factor = glm::vec4(glm::min(emitted_light(*described), glm::vec3(1)), made.factor.w);
         report_once(report_, {kEmission, Fate::converted, "the colours of materials whose own are black"});
     }
     for (std::size_t i = 0; i < 3; ++i)
         made.material.colour[i] = to_srgb(made.factor[static_cast<int>(i)]);
-    if (emission != nullptr) {
+    if (is_lamp || is_unlit) {
         made.material.ka = 1;
         made.material.kd = made.material.ks = 0;
-    } else if (member(extensions, "KHR_materials_unlit") != nullptr) {
-        made.material.ka = 1;
-        made.material.kd = made.material.ks = 0;
-        if (!std::exchange(has_unlit_, true))
-            report_.push_back({"unlit materials", Fate::kept, "ambient reflection alone"});
     }
+    if (!is_lamp && is_unlit && !std::exchange(has_unlit_, true))
+        report_.push_back({"unlit materials", Fate::kept, "ambient reflection alone"});
     const std::string mode = text_of(described, "alphaMode");
     if (mode == "MASK")
         made.cutoff =
             static_cast<float>(std::clamp<double>(number_of(described, "alphaCutoff", kUsualAlphaCutoff), 0, 2));
     made.is_cut = mode == "BLEND" || made.cutoff > 0;
-    const Json *const emissive = emission != nullptr ? member(described, "emissiveTexture") : nullptr;
+    const Json *const emissive = is_lamp ? member(described, "emissiveTexture") : nullptr;
     if (image != nullptr || emissive != nullptr)
         read_colour_image(image != nullptr ? *image : *emissive, made);
-    const bool is_lit = emission == nullptr && member(extensions, "KHR_materials_unlit") == nullptr;
-    if (is_lit)
+    if (!is_lamp && !is_unlit)
         read_reflectance(*described, made);
+    if (made.reflectance) {
+        read_emission(*described, made);
+        read_occlusion(*described, made);
+        complete_reflectance(made);
+    }
     if (const Json *const normals = member(described, "normalTexture"))
         read_normal_map(*normals, made);
     if (mode == "BLEND" && !made.has_image)
@@ -270,16 +300,18 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
         if (member(from, key) != nullptr)
             drop_once(report_, std::string(key) + " of materials", why);
     };
-    drop(described, "occlusionTexture", "the ambient light of a model is the same everywhere");
-    if (emission == nullptr) {
-        drop(described, "emissiveTexture", "materials with colours of their own emit no light");
-        const Json *const light = member(described, "emissiveFactor");
-        if (items(light) >= 3 && glm::vec3(factor_of(light)) != glm::vec3(0))
-            drop(described, "emissiveFactor", "materials with colours of their own emit no light");
-    }
-    if (!is_lit) {
+    if (is_lamp || is_unlit) {
         drop(metallic, "metallicRoughnessTexture", "unlit materials reflect nothing");
         drop(glossy, "specularGlossinessTexture", "unlit materials reflect nothing");
+    }
+    if (!made.reflectance) {
+        const char *const why = is_lamp || is_unlit ? "unlit materials have the same colour in any light"
+                                                    : "how these materials reflect light cannot be read";
+        drop(described, "occlusionTexture", why);
+        if (!is_lamp)
+            drop(described, "emissiveTexture", why);
+        if (!is_lamp && emits)
+            drop(described, "emissiveFactor", why);
     }
     const Json *const specular = member(extensions, "KHR_materials_specular");
     drop(specular, "specularTexture", "the factor counts");

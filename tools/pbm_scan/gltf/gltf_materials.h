@@ -20,7 +20,8 @@ namespace pbm::build {
 struct GltfImage {
     std::uint16_t texture = Surface::kNoTexture; // it may be that it cannot be read
     std::string coordinates = "TEXCOORD_0";
-    glm::mat3 transform{1}; // of the texture coordinates
+    glm::mat3 transform{1};  // of the texture coordinates
+    bool is_uniform = false; // one texel, which lies everywhere
 };
 
 struct GltfMaterial {
@@ -33,12 +34,12 @@ struct GltfMaterial {
     GltfImage image;                          // of the base colour
     std::array<GltfImage, kLayers> layers;
 
-    // Calls `visit` for each image that can be read.
+    // Calls `visit` for each image that can be read and has a place.
     template <class Visit> void for_images(const Visit &visit) const {
         if (image.texture != Surface::kNoTexture)
             visit(image);
         for (const GltfImage &of_layer : layers)
-            if (of_layer.texture != Surface::kNoTexture)
+            if (of_layer.texture != Surface::kNoTexture && !of_layer.is_uniform)
                 visit(of_layer);
     }
     bool has_image_of(Layer layer) const {
@@ -60,12 +61,15 @@ class GltfMaterials {
   private:
     void read_colour_image(const Json &texture, GltfMaterial &material);
     void read_reflectance(const Json &described, GltfMaterial &material);
-    void read_reflectance_image(const Json *texture, const char *name, const TextureUse &use, GltfMaterial &material);
+    void read_emission(const Json &described, GltfMaterial &material);
+    void read_occlusion(const Json &described, GltfMaterial &material);
+    void complete_reflectance(GltfMaterial &material);
     void read_normal_map(const Json &texture, GltfMaterial &material);
-    // Loads the image of a texture, which `use` describes but for its wrapping; once for each `variant`. False: it
-    // names none.
-    bool read_image(const Json &used, TextureUse use, GltfImage &image, const std::string &variant = "");
-    std::uint16_t load_image(std::size_t image, const TextureUse &use, const std::string &variant);
+    // Loads the image of a texture, which `use` describes but for its wrapping. False: it names none.
+    bool read_image(const Json &used, TextureUse use, GltfImage &image);
+    // The same of an image in a layer, if there is a texture; `name`: of the texture, for the report.
+    void read_layer(Layer layer, const Json *texture, const char *name, const TextureUse &use, GltfMaterial &material);
+    std::uint16_t load_image(std::size_t image, const TextureUse &use);
 
     GltfDocument &document_;
     const ReadOptions &options_;

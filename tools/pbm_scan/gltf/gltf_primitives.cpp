@@ -147,6 +147,8 @@ Status GltfPrimitives::read_primitive(const Json &described, const std::vector<d
         return bad_input("mode " + std::to_string(mode) + " is none of glTF");
     out.is_points = mode == 0;
     out.material = &materials_.get(index_of(&described, "material"));
+    if (out.is_points && out.material->has_image_of(Layer::emission))
+        drop_once(report_, "emission of points", "only faces emit light");
     const Json *const attributes = member(&described, "attributes");
     if (attributes == nullptr || !attributes->is_object())
         return {};

@@ -277,8 +277,14 @@ class GltfReader {
         has_colours_ = has_colours_ || is_plain;
         const std::vector<float> *const in_colours = primitive.places_in(material.image);
         std::array<const std::vector<float> *, kLayers> in_layers{};
-        for (std::size_t i = 0; i < kLayers; ++i)
-            in_layers[i] = primitive.places_in(material.layers[i]);
+        std::array<std::uint16_t, kLayers> of_layers{};
+        for (std::size_t i = 0; i < kLayers; ++i) {
+            const GltfImage &image = material.layers[i];
+            in_layers[i] = image.is_uniform ? nullptr : primitive.places_in(image);
+            of_layers[i] = in_layers[i] != nullptr || image.is_uniform ? image.texture : Surface::kNoTexture;
+        }
+        // Light is added to a colour.
+        has_colours_ = has_colours_ || (material.has_image_of(Layer::emission) && !primitive.triangles.empty());
         const bool has_places = in_colours != nullptr || std::any_of(in_layers.begin(), in_layers.end(),
                                                                      [](const auto *places) { return places; });
         has_places_ = has_places_ || (has_places && !primitive.triangles.empty());
@@ -289,8 +295,7 @@ class GltfReader {
             set_texture(surface_, triangle, in_colours != nullptr ? material.image.texture : plain,
                         corners_in(material.image, in_colours, t, is_mirrored));
             for (std::size_t i = 0; i < kLayers; ++i)
-                set_texture(surface_, static_cast<Layer>(i), triangle,
-                            in_layers[i] != nullptr ? material.layers[i].texture : Surface::kNoTexture,
+                set_texture(surface_, static_cast<Layer>(i), triangle, of_layers[i],
                             corners_in(material.layers[i], in_layers[i], t, is_mirrored));
         }
         surface_.has_facets = surface_.has_facets || (primitive.normals.empty() && !primitive.triangles.empty());

@@ -18,7 +18,9 @@ namespace pbm::build {
 // Colours of points are COLOR_0 x base colour factor x base colour image, as the specification says. Materials without
 // any of these but a factor become materials. Of metallic roughness the highlights are kept: ks is
 // (1 - roughness) (0.1 + 0.6 metallic), the power 2 / roughness^4 - 2 within 1..1024, the environment
-// 0.4 metallic (1 - roughness). Unlit materials show their colour as it is.
+// 0.4 metallic (1 - roughness), the tint 1. Unlit materials show their colour as it is. Emission and occlusion of faces
+// are layers of images, of one texel where the file has a factor alone; a triangle with such a layer has that of
+// reflectance too.
 //
 // Extensions: KHR_texture_transform, KHR_mesh_quantization, KHR_materials_unlit, KHR_draco_mesh_compression,
 // EXT_meshopt_compression, KHR_meshopt_compression (without version 1 of its streams), EXT_texture_webp,

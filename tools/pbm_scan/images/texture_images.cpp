@@ -38,6 +38,14 @@ std::string settled(Texture &texture) {
         settle_reflectance(texture);
         return ", to materials of points";
     }
+    if (texture.use.content == ImageContent::emission) {
+        settle_emission(texture);
+        return ", to light that points emit";
+    }
+    if (texture.use.content == ImageContent::occlusion) {
+        settle_occlusion(texture);
+        return ", to ambient light of points";
+    }
     return settle_normals(texture) ? ", heights, to normals of points" : ", to normals of points";
 }
 
@@ -125,11 +133,12 @@ std::uint16_t TextureImages::of_texel(const TextureUse &use) {
         return Surface::kNoTexture;
     surface_.textures.push_back(one_texel({255, 255, 255, 255}));
     surface_.textures.back().use = use;
+    settled(surface_.textures.back());
     return numbers_.emplace(std::move(key), static_cast<std::uint16_t>(surface_.textures.size() - 1)).first->second;
 }
 
 std::uint16_t TextureImages::add(Key key, ByteView bytes) {
-    Result<Texture> texture = read_image(bytes, key.second.content == ImageContent::colours);
+    Result<Texture> texture = read_image(bytes, are_colours(key.second.content));
     return texture ? add(std::move(key), std::move(*texture)) : drop(key, texture.error().message);
 }
 
@@ -193,6 +202,10 @@ void report_textures(Surface &surface) {
         uses.emplace_back("normals");
     if (!surface.layer(Layer::reflectance).ids.empty())
         uses.emplace_back("materials");
+    if (!surface.layer(Layer::emission).ids.empty())
+        uses.emplace_back("emission");
+    if (!surface.layer(Layer::occlusion).ids.empty())
+        uses.emplace_back("ambient light");
     if (uses.empty()) {
         surface.report.push_back({"texture coordinates", Fate::dropped, "no image belongs to them"});
         return;

@@ -32,7 +32,7 @@ class TextureImages {
     // `colour`. Where the second one cannot be read, or says nothing that the first does not, the image cuts no holes.
     std::uint16_t of_files(const std::string &path, const Rgb8 &colour, const OpacityFile &opacity,
                            const TextureUse &use);
-    // The same of one white texel, which the report does not name.
+    // The same of one white texel, which the report does not name: of factors alone.
     std::uint16_t of_texel(const TextureUse &use);
     // The same of bytes in memory; `name` identifies them.
     std::uint16_t of_bytes(const std::string &name, ByteView bytes, const TextureUse &use);

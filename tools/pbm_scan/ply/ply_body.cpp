@@ -291,11 +291,11 @@ template <class Source> class BodyReader {
 
     bool read_material(const PlyElement &element) {
         for (; row_ < element.count; ++row_) {
-            std::array<double, 9> values{};
+            std::array<double, 10> values{};
             values.fill(std::numeric_limits<double>::quiet_NaN());
             const auto scalar = [&](std::size_t k, double value) {
                 const PlyRole role = element.properties[k].role;
-                if (role >= PlyRole::ka && role <= PlyRole::shape)
+                if (role >= PlyRole::ka && role <= PlyRole::tint)
                     values[static_cast<std::size_t>(role) - static_cast<std::size_t>(PlyRole::ka)] = value;
             };
             if (!read_row(element, scalar, kNoLists))

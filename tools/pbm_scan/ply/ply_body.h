@@ -22,17 +22,17 @@ struct PlyBody {
     std::vector<float> radii;
     std::vector<float> material_ids; // as in the file, unchecked
     std::array<std::vector<std::uint8_t>, kByteAttributes.size()> bytes;
-    std::array<std::vector<float>, 8> splat;      // PlyRoles::splat, as in the file; empty: absent, or a field
-    std::vector<glm::vec3> face_colours;          // [triangles] as in the file, or kNoColour; empty: no face has one
-    std::vector<glm::uvec3> triangles;            // indices in range, three different ones
-    std::vector<std::uint32_t> grid_cells;        // of a range image, row by row: an index in range or kEmptyCell
-    std::vector<std::array<double, 9>> materials; // in the order of PlyRole, from ka to shape; NaN where absent
-    std::vector<glm::vec2> places;                // u v of the vertices
-    std::vector<std::vector<double>> fields;      // [properties with that role]
-    std::vector<TextureCorners> corner_places;    // [triangles] u v as in the file; empty if no face has any
-    std::vector<std::int32_t> images;             // [triangles] number of the image, -1: none; empty: all have image 0
-    std::uint64_t degenerate_triangles = 0;       // faces and fan triangles with fewer than three different corners
-    std::size_t end_offset = 0;                   // first byte after the last element
+    std::array<std::vector<float>, 8> splat;       // PlyRoles::splat, as in the file; empty: absent, or a field
+    std::vector<glm::vec3> face_colours;           // [triangles] as in the file, or kNoColour; empty: no face has one
+    std::vector<glm::uvec3> triangles;             // indices in range, three different ones
+    std::vector<std::uint32_t> grid_cells;         // of a range image, row by row: an index in range or kEmptyCell
+    std::vector<std::array<double, 10>> materials; // in the order of PlyRole, from ka to tint; NaN where absent
+    std::vector<glm::vec2> places;                 // u v of the vertices
+    std::vector<std::vector<double>> fields;       // [properties with that role]
+    std::vector<TextureCorners> corner_places;     // [triangles] u v as in the file; empty if no face has any
+    std::vector<std::int32_t> images;              // [triangles] number of the image, -1: none; empty: all have image 0
+    std::uint64_t degenerate_triangles = 0;        // faces and fan triangles with fewer than three different corners
+    std::size_t end_offset = 0;                    // first byte after the last element
 };
 
 constexpr std::uint64_t kMaxPlyVertices = 0xfffffffe; // so that an index fits 32 bits

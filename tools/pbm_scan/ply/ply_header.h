@@ -56,6 +56,7 @@ enum class PlyRole : std::uint8_t {
     clr_b,
     envmapfactor,
     shape,
+    tint,
 };
 
 enum class PlyKind : std::uint8_t { skipped, vertex, face, tristrips, range_grid, material };

@@ -75,7 +75,7 @@ PlyOutcome finish_radii(PlyBody &body, Surface &surface) {
     return {Fate::kept, "splat radius"};
 }
 
-Result<Material> finish_material(const std::array<double, 9> &values, std::size_t row, double colour_scale,
+Result<Material> finish_material(const std::array<double, 10> &values, std::size_t row, double colour_scale,
                                  Material material) {
     const auto refuse = [row](const char *name, const char *range) {
         return bad_input("material " + std::to_string(row) + ": " + name + " must be in " + range);
@@ -104,13 +104,18 @@ Result<Material> finish_material(const std::array<double, 9> &values, std::size_
         material.environment = static_cast<float>(values[7]);
     }
     material.shape = values[8] == 1 ? PointShape::round : PointShape::disc;
+    if (!std::isnan(values[9])) {
+        if (!(values[9] >= 0 && values[9] <= 255))
+            return refuse("tint", "0..255");
+        material.tint = static_cast<std::uint8_t>(values[9] + 0.5);
+    }
     return material;
 }
 
 // Colours are 0..255 if one of them is above 1 or their type is integer, else 0..1.
 double material_colour_scale(const PlyProperty *red, const PlyBody &body) {
     bool unit = red == nullptr || is_float(red->type);
-    for (const std::array<double, 9> &values : body.materials)
+    for (const std::array<double, 10> &values : body.materials)
         for (std::size_t i = 4; i < 7; ++i)
             unit = unit && !(values[i] > 1.0);
     return unit ? 255.0 : 1.0;
@@ -211,7 +216,7 @@ Result<Outcomes> finish(const PlyHeader &header, const PlyRoles &roles, PlyBody 
     if (!body.radii.empty())
         outcomes.radii = finish_radii(body, surface);
     const double scale = material_colour_scale(roles.material_red, body);
-    for (const std::array<double, 9> &values : body.materials) {
+    for (const std::array<double, 10> &values : body.materials) {
         Result<Material> finished = finish_material(values, surface.materials.size(), scale, default_material);
         if (!finished)
             return finished.error();

@@ -109,8 +109,8 @@ Status assign_vertex(PlyElement &vertex, PlyRoles &roles) {
 }
 
 void assign_material(PlyElement &material) {
-    constexpr std::array<std::string_view, 9> kNames{"ka",    "kd",    "ks",           "power", "clr_r",
-                                                     "clr_g", "clr_b", "envmapfactor", "shape"};
+    constexpr std::array<std::string_view, 10> kNames{"ka",    "kd",    "ks",           "power", "clr_r",
+                                                      "clr_g", "clr_b", "envmapfactor", "shape", "tint"};
     for (std::size_t i = 0; i < kNames.size(); ++i)
         if (assign_one(material, static_cast<PlyRole>(static_cast<std::size_t>(PlyRole::ka) + i), {kNames[i]}))
             material.kind = PlyKind::material;
@@ -233,7 +233,7 @@ std::string_view drop_reason(const PlyHeader &header, const PlyElement &element)
     if (element.name == "camera")
         return "PBM's cameras are chosen when a model is shown";
     if (element.name == "material")
-        return "it has none of ka, kd, ks, power, clr_r, clr_g, clr_b, envmapfactor, shape";
+        return "it has none of ka, kd, ks, power, clr_r, clr_g, clr_b, envmapfactor, shape, tint";
     return "not used by PBM";
 }
 

@@ -36,6 +36,7 @@ struct Reflectance {
     double roughness = 1;
     double metal = 0;
     double specular = 1; // factor of the reflection of what is no metal
+    bool tints = true;   // a metal reflects in the colour of the surface; else that colour is not the metal's
     auto operator<=>(const Reflectance &) const = default;
 };
 
@@ -45,9 +46,15 @@ enum class ImageContent : std::uint8_t {
     normals,         // in the space of tangents: red along the tangent, green upwards in the image, 0..255 for -1..1
     relief,          // of files: such normals if it is coloured, heights if it is grey (normal_maps.h)
     reflectance,     // roughness, and its complement times metal and times specular (conventions/reflectance.h)
+    emission,        // sRGB of light that the surface emits; in files without its factors
+    darkness,        // red: share of ambient light that does not arrive
     roughness_metal, // of files: green is roughness, blue is metal
     specular_gloss,  // of files: sRGB of the reflection, opacity is gloss
+    occlusion,       // of files: red is the share of ambient light that arrives
 };
+inline bool are_colours(ImageContent content) {
+    return content == ImageContent::colours || content == ImageContent::emission;
+}
 
 // How an image looks on triangles.
 struct TextureUse {
@@ -62,6 +69,8 @@ struct TextureUse {
     float relief = 1;           // of normals: factor of their red and green; of heights: factor
     bool is_green_down = false; // of normals in files: green points downwards in the image
     Reflectance factors{};      // of reflectance in files; of specular_gloss: of reflection and gloss (`roughness`)
+    std::array<float, 3> light{1, 1, 1}; // of emission in files: factors of its channels, linear, at least 0
+    float strength = 1;                  // of occlusion in files: 0..1
 
     // `texel`: its opacity, 0..255.
     bool is_hole(std::uint8_t texel) const { return static_cast<float>(texel) * opacity < least_opacity * 255; }
@@ -81,8 +90,9 @@ struct Texture {
 using TextureCorners = std::array<glm::vec2, 3>;
 
 // What images say of triangles besides their colours. Each layer has texture coordinates of its own.
-enum class Layer : std::uint8_t { normals, reflectance };
-inline constexpr std::size_t kLayers = 2;
+// Triangles with emission or occlusion have an image of reflectance too.
+enum class Layer : std::uint8_t { normals, reflectance, emission, occlusion };
+inline constexpr std::size_t kLayers = 4;
 
 // Its arrays are empty if no triangle has an image.
 struct ImageLayer {
@@ -140,7 +150,7 @@ struct Surface {
     std::vector<Material> materials;          // empty: the default material
     // [materials] what they come from; none: from coefficients. Empty, or some triangles have an image of reflectance.
     std::vector<std::optional<Reflectance>> reflectances;
-    // [kReflectanceCells] the material of each reflectance of images (images/reflectance_materials.h), or empty.
+    // [cells] the material of each look of images (images/surface_looks.h), or empty.
     std::vector<std::uint8_t> material_of_cell;
     std::vector<std::uint16_t> station_ids; // < stations.size(), or kNoStation
     std::vector<glm::dvec3> stations;       // where the scanner stood, model units, all finite; at most kNoStation

@@ -64,13 +64,15 @@ std::pair<std::string_view, std::vector<PlacedField>> fields_of(const Material &
     for (const MaterialPreset &preset : kMaterialPresets)
         if (preset.material == material)
             return {preset.name, {}};
-    return {"default",
-            {{"ka", text_of(material.ka)},
-             {"kd", text_of(material.kd)},
-             {"ks", text_of(material.ks)},
-             {"power", text_of(material.power)},
-             {"environment", text_of(material.environment)},
-             {"colour", hex_of(material.colour), PlacedField::Kind::word}}};
+    std::vector<PlacedField> fields{{"ka", text_of(material.ka)},
+                                    {"kd", text_of(material.kd)},
+                                    {"ks", text_of(material.ks)},
+                                    {"power", text_of(material.power)},
+                                    {"environment", text_of(material.environment)},
+                                    {"colour", hex_of(material.colour), PlacedField::Kind::word}};
+    if (material.tint > 0)
+        fields.push_back({"tint", text_of(static_cast<float>(material.tint) / 255)});
+    return {"default", std::move(fields)};
 }
 
 std::string option_of(std::string_view word, const std::vector<PlacedField> &fields) {

@@ -296,7 +296,8 @@ bool choose_preset(Material &material, const Material &of_file) {
     bool changed = false;
     if (!ImGui::BeginCombo("Preset", "choose ..."))
         return false;
-    const auto offer = [&](std::string_view name, const Material &preset) {
+    const auto offer = [&](std::string_view name, Material preset) {
+        preset.tint = of_file.tint; // edits keep it
         if (ImGui::Selectable(std::string(name).c_str(), material == preset)) {
             material = preset;
             changed = true;

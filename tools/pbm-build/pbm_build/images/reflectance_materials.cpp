@@ -1,64 +1,47 @@
 #include "pbm_build/images/reflectance_materials.h"
 
-#include "pbm_build/images/texture_pyramid.h"
+#include "pbm_build/images/surface_looks.h"
 #include "pbm_scan/conventions/reflectance.h"
 #include "pbm_scan/text/printable.h"
-
-#include <glm/common.hpp>
-#include <glm/geometric.hpp>
+#include "system/threads/parallel.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 namespace pbm::build {
 namespace {
 
-constexpr std::int32_t kByteStep = 257; // 65,535 / 255
-constexpr std::int64_t kFine = 16;      // steps of a centre in one of a texel
-// Of squared differences. The reflection of what is no metal changes a material less.
-constexpr std::array<std::int64_t, 3> kImportance{16, 16, 1};
+constexpr std::int64_t kFine = 16; // steps of a centre in one of a texel
+// Of squared differences. The reflection of what is no metal changes a material less, ambient light too.
+constexpr std::array<std::int64_t, kLookParts> kImportance{16, 16, 1, 16, 4};
 constexpr std::int64_t kAllImportance = 16;
 
-using Centre = std::array<std::int64_t, 3>; // in 1 / kFine of a texel's steps
-
-// What a surface shows of a cell. Integers, so that no order matters.
-struct CellSums {
-    std::uint64_t weight = 0;
-    std::array<std::uint64_t, 3> texels{};
-
-    void add(const ReflectanceTexel &texel, std::uint64_t count) {
-        weight += count;
-        for (std::size_t c = 0; c < 3; ++c)
-            texels[c] += count * texel[c];
-    }
-};
+using Centre = std::array<std::int64_t, kLookParts>; // in 1 / kFine of a texel's steps
 
 struct Spot {
     Centre at{};
     std::uint64_t weight = 0;
 };
 
-std::size_t cell_of(const ReflectanceTexel &texel) {
-    return reflectance_cell({texel[0] * kByteStep, texel[1] * kByteStep, texel[2] * kByteStep});
-}
-
-// The material that a centre stands for.
-Material material_at(const Centre &centre, Material material) {
+// The material that a centre stands for. `tints`: metals do.
+Material material_at(const Centre &centre, bool tints, Material material) {
     const auto share = [&](std::size_t c) { return static_cast<double>(centre[c]) / (255.0 * kFine); };
     const double smooth = 1 - share(0);
     const auto of_smooth = [&](std::size_t c) { return smooth > 0 ? std::min(share(c) / smooth, 1.0) : 0; };
-    set_reflectance({share(0), of_smooth(1), of_smooth(2)}, material);
+    set_reflectance({share(0), of_smooth(1), of_smooth(2), tints}, material);
+    const double emitted = share(3), ambient = 1 - share(4);
+    material.ka = static_cast<float>(emitted + (1 - emitted) * static_cast<double>(material.ka) * ambient);
+    material.kd = static_cast<float>((1 - emitted) * static_cast<double>(material.kd));
     return material;
 }
 
 std::uint64_t squared_distance(const Centre &a, const Centre &b) {
     std::int64_t sum = 0;
-    for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t c = 0; c < kLookParts; ++c)
         sum += kImportance[c] * (a[c] - b[c]) * (a[c] - b[c]);
     return static_cast<std::uint64_t>(sum / kAllImportance);
 }
@@ -71,81 +54,20 @@ std::size_t nearest(const std::vector<Centre> &centres, const Centre &at) {
     return best;
 }
 
-// Areas of triangles in 2^-36 of the squared diagonal of the surface.
-class Areas {
-  public:
-    explicit Areas(const Surface &surface) : surface_(surface) {
-        glm::dvec3 low(HUGE_VAL), high(-HUGE_VAL);
-        for (const glm::dvec3 &p : surface.positions) {
-            low = glm::min(low, p);
-            high = glm::max(high, p);
-        }
-        const glm::dvec3 diagonal = high - low;
-        scale_ = std::ldexp(1 / glm::dot(diagonal, diagonal), 36);
-    }
-    // At least 1.
-    std::uint64_t of(std::size_t triangle) const {
-        const glm::uvec3 &t = surface_.triangles[triangle];
-        std::array<glm::dvec3, 3> p{surface_.positions[t.x], surface_.positions[t.y], surface_.positions[t.z]};
-        std::sort(p.begin(), p.end(),
-                  [](const glm::dvec3 &a, const glm::dvec3 &b) { // which corner is first, says nothing
-                      return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-                  });
-        const double area = scale_ * glm::length(glm::cross(p[1] - p[0], p[2] - p[0])) / 2;
-        return area >= 1 && area < 0x1p40 ? static_cast<std::uint64_t>(area) : 1;
-    }
-
-  private:
-    const Surface &surface_;
-    double scale_;
-};
-
-std::vector<CellSums> sum_cells(const Surface &surface, int threads) {
-    std::vector<CellSums> cells(kReflectanceCells);
-    const std::vector<std::uint16_t> &ids = surface.layer(Layer::reflectance).ids;
-    std::vector<std::uint64_t> area_of(surface.textures.size(), 0);
-    const Areas areas(surface);
-    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
-        if (i < ids.size() && ids[i] != Surface::kNoTexture) {
-            area_of[ids[i]] += areas.of(i);
-            continue;
-        }
-        const std::size_t material = surface.material_ids.empty() ? 0 : surface.material_ids[surface.triangles[i].x];
-        if (material < surface.reflectances.size() && surface.reflectances[material]) {
-            const ReflectanceTexel texel = texel_of(*surface.reflectances[material]);
-            cells[cell_of(texel)].add(texel, areas.of(i));
-        }
-    }
-    const std::vector<TextureCoverage> coverages = covered_texels(surface, threads);
-    for (std::size_t k = 0; k < area_of.size(); ++k) {
-        const auto &texels = surface.textures[k].texels;
-        std::uint64_t covered = 0;
-        for (std::size_t i = 0; area_of[k] > 0 && i < texels.size(); ++i)
-            covered += coverages[k].covers(i) ? 1U : 0U;
-        const std::uint64_t weight = covered > 0 ? std::max<std::uint64_t>(area_of[k] / covered, 1) : 0;
-        for (std::size_t i = 0; weight > 0 && i < texels.size(); ++i)
-            if (const ReflectanceTexel texel{texels[i][0], texels[i][1], texels[i][2]}; coverages[k].covers(i))
-                cells[cell_of(texel)].add(texel, weight);
-    }
-    return cells;
-}
-
 // Their weights are below 2^32 together, so that sums of squares fit.
-std::vector<Spot> spots_of(const std::vector<CellSums> &cells) {
+std::vector<Spot> spots_of(const std::vector<LookSums> &cells) {
     std::uint64_t all = 0;
-    for (const CellSums &cell : cells)
+    for (const LookSums &cell : cells)
         all += cell.weight;
     int shift = 0;
     while (all >> shift >= std::uint64_t{1} << 31)
         ++shift;
     std::vector<Spot> spots;
-    for (const CellSums &cell : cells) {
-        if (cell.weight == 0)
-            continue;
+    for (const LookSums &cell : cells) {
         Spot spot{.weight = std::max<std::uint64_t>(cell.weight >> shift, 1)};
-        for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t c = 0; c < kLookParts; ++c)
             spot.at[c] = static_cast<std::int64_t>(std::min<std::uint64_t>(
-                (cell.texels[c] / cell.weight) * kFine + (cell.texels[c] % cell.weight) * kFine / cell.weight,
+                (cell.parts[c] / cell.weight) * kFine + (cell.parts[c] % cell.weight) * kFine / cell.weight,
                 255 * kFine));
         spots.push_back(spot);
     }
@@ -156,17 +78,17 @@ std::vector<Spot> spots_of(const std::vector<CellSums> &cells) {
 void settle(std::span<const Spot> spots, std::vector<Centre> &centres) {
     constexpr int kMaxRounds = 32;
     for (int round = 0; round < kMaxRounds; ++round) {
-        std::vector<CellSums> sums(centres.size());
+        std::vector<LookSums> sums(centres.size());
         for (const Spot &spot : spots) {
-            CellSums &to = sums[nearest(centres, spot.at)];
+            LookSums &to = sums[nearest(centres, spot.at)];
             to.weight += spot.weight;
-            for (std::size_t c = 0; c < 3; ++c)
-                to.texels[c] += spot.weight * static_cast<std::uint64_t>(spot.at[c]);
+            for (std::size_t c = 0; c < kLookParts; ++c)
+                to.parts[c] += spot.weight * static_cast<std::uint64_t>(spot.at[c]);
         }
         const std::vector<Centre> before = centres;
         for (std::size_t i = 0; i < centres.size(); ++i)
-            for (std::size_t c = 0; c < 3 && sums[i].weight > 0; ++c)
-                centres[i][c] = static_cast<std::int64_t>((sums[i].texels[c] + sums[i].weight / 2) / sums[i].weight);
+            for (std::size_t c = 0; c < kLookParts && sums[i].weight > 0; ++c)
+                centres[i][c] = static_cast<std::int64_t>((sums[i].parts[c] + sums[i].weight / 2) / sums[i].weight);
         if (centres == before)
             return;
     }
@@ -230,13 +152,50 @@ std::vector<Material> fixed_materials(const Surface &surface, const Material &us
     return fixed;
 }
 
+// [cells] the number of the material that is nearest to the middle of each.
+std::vector<std::uint8_t> materials_of_cells(const std::vector<Centre> &centres,
+                                             const std::vector<std::uint8_t> &numbers, std::size_t cells, int threads) {
+    std::vector<std::uint8_t> of_cell(cells);
+    constexpr std::size_t kBlock = 4096;
+    parallel_for(cells, kBlock, threads, [&](std::size_t cell) {
+        const auto middle = [&](int shift) {
+            return (static_cast<std::int64_t>(cell >> shift & 31) * 8 + 4) * kFine - kFine / 2;
+        };
+        const auto step = [&](int shift) {
+            return static_cast<std::int64_t>(cell >> shift & kLastStep) * 255 * kFine / kLastStep;
+        };
+        of_cell[cell] = numbers[nearest(
+            centres, {middle(10), middle(5), middle(0), step(kReflectanceBits), step(kReflectanceBits + kStepBits)})];
+    });
+    return of_cell;
+}
+
+// Whether the colours of all metals are those of the surface.
+bool do_metals_tint(const Surface &surface) {
+    return std::all_of(surface.textures.begin(), surface.textures.end(),
+                       [](const Texture &image) { return image.use.factors.tints; }) &&
+           std::all_of(surface.reflectances.begin(), surface.reflectances.end(),
+                       [](const auto &reflectance) { return !reflectance || reflectance->tints; });
+}
+
+// What the materials of a surface come from.
+std::string sources_of(const Surface &surface) {
+    std::vector<std::string> sources{"roughness", "metal"};
+    if (!surface.layer(Layer::emission).ids.empty())
+        sources.emplace_back("emission");
+    if (!surface.layer(Layer::occlusion).ids.empty())
+        sources.emplace_back("occlusion");
+    return listed(std::span(sources).first(sources.size() - 1)) + " and " + sources.back();
+}
+
 } // namespace
 
 void drop_reflectances(Surface &surface) {
-    surface.layer(Layer::reflectance) = {};
+    for (const Layer layer : {Layer::reflectance, Layer::emission, Layer::occlusion})
+        surface.layer(layer) = {};
     surface.reflectances.clear();
     for (Texture &texture : surface.textures)
-        if (texture.use.content == ImageContent::reflectance)
+        if (texture.use.content != ImageContent::colours && texture.use.content != ImageContent::normals)
             texture = {};
 }
 
@@ -244,7 +203,7 @@ void choose_reflectances(Surface &surface, const Material &usual, std::size_t ma
                          BuildStatistics &statistics) {
     if (surface.layer(Layer::reflectance).ids.empty())
         return;
-    const std::vector<Spot> spots = spots_of(sum_cells(surface, threads));
+    const std::vector<Spot> spots = spots_of(sum_looks(surface, threads));
     if (spots.empty())
         return drop_reflectances(surface);
     if (surface.materials.empty())
@@ -255,22 +214,19 @@ void choose_reflectances(Surface &surface, const Material &usual, std::size_t ma
     const std::vector<Material> fixed = fixed_materials(surface, base, max_materials / 2);
     double error = 0;
     const std::vector<Centre> centres = centres_of(spots, max_materials - fixed.size(), error);
+    const bool tints = do_metals_tint(surface);
     std::vector<Material> materials;
     std::vector<std::uint8_t> of_centre;
     of_centre.reserve(centres.size());
     for (const Centre &centre : centres)
-        of_centre.push_back(number_of(material_at(centre, base), materials));
-    surface.material_of_cell.resize(kReflectanceCells);
-    for (std::size_t cell = 0; cell < kReflectanceCells; ++cell) {
-        const auto middle = [&](int shift) {
-            return (static_cast<std::int64_t>(cell >> shift & 31) * 8 + 4) * kFine - kFine / 2;
-        };
-        surface.material_of_cell[cell] = of_centre[nearest(centres, {middle(10), middle(5), middle(0)})];
-    }
+        of_centre.push_back(number_of(material_at(centre, tints, base), materials));
+    surface.material_of_cell = materials_of_cells(
+        centres, of_centre, has_more_than_reflectance(surface) ? kLookCells : kReflectanceCells, threads);
     std::vector<std::uint8_t> new_id;
     for (std::size_t i = 0; i < surface.materials.size(); ++i) {
         if (i < surface.reflectances.size() && surface.reflectances[i]) {
-            new_id.push_back(surface.material_of_cell[cell_of(texel_of(*surface.reflectances[i]))]);
+            const ReflectanceTexel texel = texel_of(*surface.reflectances[i]);
+            new_id.push_back(surface.material_of_cell[look_cell(look_of({texel[0], texel[1], texel[2], 0, 0}))]);
             continue;
         }
         Material material = surface.materials[i];
@@ -284,10 +240,12 @@ void choose_reflectances(Surface &surface, const Material &usual, std::size_t ma
         id = new_id[id];
     surface.materials = std::move(materials);
     statistics.report("materials", Fate::converted,
-                      counted(surface.materials.size(), "material") + " of images of roughness and metal, " +
+                      counted(surface.materials.size(), "material") + " of images of " + sources_of(surface) + ", " +
                           formatted("%.1f %% from them (root of the mean square)", 100 * error));
-    if (surface.materials.size() == 1) {
+    if (surface.materials.size() == 1)
         surface.material_ids.clear();
+    // Emission is part of the colours, also where all points emit the same share of them.
+    if (surface.materials.size() == 1 && surface.layer(Layer::emission).ids.empty()) {
         surface.material_of_cell.clear();
         drop_reflectances(surface);
     }

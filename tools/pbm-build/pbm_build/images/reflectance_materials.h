@@ -1,4 +1,4 @@
-// Materials of the model from images that say how each place reflects.
+// Materials of the model from images that say how each place reflects, and what light it emits and lacks.
 // Based on: Lloyd. Least Squares Quantization in PCM. 1982
 #pragma once
 
@@ -6,28 +6,21 @@
 #include "pbm_format/model/model.h"
 #include "pbm_scan/surface/surface.h"
 
-#include <array>
-#include <cstdint>
+#include <cstddef>
 
 namespace pbm::build {
 
-// Images of reflectance are read in cells of 32 x 32 x 32.
-inline constexpr std::size_t kReflectanceCells = std::size_t{1} << 15;
-// `texel`: three numbers, 0..65,535.
-inline std::size_t reflectance_cell(const std::array<std::int32_t, 3> &texel) {
-    const auto part = [&](std::size_t c) { return static_cast<std::size_t>(texel[c]) >> 11; };
-    return part(0) << 10 | part(1) << 5 | part(2);
-}
-
 // Replaces the materials of a surface, some of whose triangles have images of reflectance, by at most `max_materials`
-// (at least 2), and fills Surface::material_of_cell. They are the centres of clusters, which the area of the surface
-// weights, and of materials that have no reflectance the first ones. Does nothing if no triangle has such an image.
+// (at least 2), and fills Surface::material_of_cell. They are the centres of clusters of what the surface shows
+// (surface_looks.h), which its area weights, and of materials that have no reflectance the first ones. Does nothing if
+// no triangle has such an image. Where the surface emits a share s of its colour, and a share o of ambient light
+// arrives, ka becomes s + (1 - s) o ka, and kd (1 - s) kd.
 //
 // The result does not depend on threads, nor on the order of triangles.
 void choose_reflectances(Surface &surface, const Material &usual, std::size_t max_materials, int threads,
                          BuildStatistics &statistics);
 
-// Removes the images of reflectance.
+// Removes the images of reflectance, emission and occlusion.
 void drop_reflectances(Surface &surface);
 
 } // namespace pbm::build

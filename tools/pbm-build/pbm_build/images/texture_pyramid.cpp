@@ -130,7 +130,7 @@ void TextureCoverage::add(const TextureCorners &corners) {
 }
 
 TexturePyramid::TexturePyramid(Texture texture, const TextureCoverage &coverage, int threads)
-    : use_(texture.use), table_((use_.content == ImageContent::colours ? linear_table() : plain_table()).data()) {
+    : use_(texture.use), table_((are_colours(use_.content) ? linear_table() : plain_table()).data()) {
     levels_.push_back({texture.width, texture.height, std::move(texture.texels), {}});
     std::vector<Texel> &texels = levels_.front().texels;
     std::vector<std::uint8_t> &cut = levels_.front().cut;

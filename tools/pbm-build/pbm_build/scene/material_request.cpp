@@ -4,6 +4,7 @@
 #include "pbm_scan/surface/refusal.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace pbm::build {
 namespace {
@@ -29,10 +30,19 @@ constexpr std::array kFactors{Factor{"ka", &Material::ka, 0, 1, "0..1"}, Factor{
 Status set_field(const OptionFields::Field &field, Material &material) {
     if (field.key == "colour" || field.key == "color")
         return take(read_colour(field.value), material.colour);
+    if (field.key == "tint") {
+        const Result<double> share = read_number(field.value);
+        if (!share)
+            return share.error();
+        if (!(*share >= 0 && *share <= 1))
+            return usage(in_quotes(field.value) + " is not within 0..1");
+        material.tint = static_cast<std::uint8_t>(std::lround(*share * 255));
+        return {};
+    }
     const auto *const factor =
         std::find_if(kFactors.begin(), kFactors.end(), [&](const Factor &f) { return f.key == field.key; });
     if (factor == kFactors.end())
-        return usage("a material has ka, kd, ks, power, colour, environment");
+        return usage("a material has ka, kd, ks, power, colour, environment, tint");
     const Result<double> number = read_number(field.value);
     if (!number)
         return number.error();

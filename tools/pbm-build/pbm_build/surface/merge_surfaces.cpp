@@ -13,7 +13,7 @@
 namespace pbm::build {
 namespace {
 
-auto key(const Material &m) { return std::tie(m.ka, m.kd, m.ks, m.power, m.colour, m.environment); }
+auto key(const Material &m) { return std::tie(m.ka, m.kd, m.ks, m.power, m.colour, m.environment, m.tint); }
 
 // The attributes of the merged surface: an array has one entry here if it is not empty in at least one of `surfaces`.
 Surface attributes_of(const std::vector<Surface> &surfaces) {

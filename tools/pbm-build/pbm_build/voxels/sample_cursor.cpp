@@ -1,12 +1,13 @@
 #include "pbm_build/voxels/sample_cursor.h"
 
-#include "pbm_build/images/reflectance_materials.h"
+#include "pbm_build/images/surface_looks.h"
 #include "pbm_build/lattice/lattice_triangle.h"
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 
 namespace pbm::build {
@@ -93,27 +94,26 @@ void SampleCursor::load(std::uint32_t source) {
     }
     const std::array<std::size_t, 3> numbers{order[0]->number, order[1]->number, order[2]->number};
     load_relief(source, numbers);
-    load_reflectance(source, numbers);
+    has_reflectance_ = load_layer(Layer::reflectance, source, numbers, reflectance_);
+    has_emission_ = has_reflectance_ && load_layer(Layer::emission, source, numbers, emission_);
+    has_occlusion_ = has_reflectance_ && load_layer(Layer::occlusion, source, numbers, occlusion_);
 }
 
-void SampleCursor::load_reflectance(std::uint32_t source, const std::array<std::size_t, 3> &corners) {
-    const ImageLayer &layer = sampler_.surface_.layer(Layer::reflectance);
-    const TexturePyramid *const image = sampler_.image_of(layer.ids, source);
-    has_reflectance_ = image != nullptr;
-    if (!has_reflectance_)
-        return;
-    const TextureCorners &places = layer.corners[source];
-    reflectance_.set(*image, {places[corners[0]], places[corners[1]], places[corners[2]]}, triangle_.corners);
+bool SampleCursor::load_layer(Layer layer, std::uint32_t source, const std::array<std::size_t, 3> &corners,
+                              TriangleTexture &to) {
+    const ImageLayer &from = sampler_.surface_.layer(layer);
+    const TexturePyramid *const image = sampler_.image_of(from.ids, source);
+    if (image == nullptr)
+        return false;
+    const TextureCorners &places = from.corners[source];
+    to.set(*image, {places[corners[0]], places[corners[1]], places[corners[2]]}, triangle_.corners);
+    return true;
 }
 
 void SampleCursor::load_relief(std::uint32_t source, const std::array<std::size_t, 3> &corners) {
-    const ImageLayer &layer = sampler_.surface_.layer(Layer::normals);
-    const TexturePyramid *const image = sampler_.image_of(layer.ids, source);
-    has_relief_ = image != nullptr;
+    has_relief_ = load_layer(Layer::normals, source, corners, relief_);
     if (!has_relief_)
         return;
-    const TextureCorners &places = layer.corners[source];
-    relief_.set(*image, {places[corners[0]], places[corners[1]], places[corners[2]]}, triangle_.corners);
     const TriangleTangents &tangents = sampler_.normals_.tangents[source];
     sense_ = tangents.is_mirrored ? -1 : 1;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -198,11 +198,26 @@ void SampleCursor::take_relief(std::size_t row, SampleRows &rows) const {
     rows.mixed.normals.is_rounded[row] = 0;
 }
 
-// The material that is nearest to what the image says.
-void SampleCursor::take_reflectance(std::size_t row, SampleRows &rows) const {
+// The material that is nearest to what the images say, and the light that the surface emits.
+void SampleCursor::take_look(std::size_t row, SampleRows &rows) const {
     const auto &weights = rows.mixed.weights;
-    if (const auto texel = reflectance_.colour({weights[0][row], weights[1][row], weights[2][row]}))
-        rows.rest[row].material = sampler_.surface_.material_of_cell[reflectance_cell(*texel)];
+    const std::array<double, 3> of_corners{weights[0][row], weights[1][row], weights[2][row]};
+    const auto texel = reflectance_.colour(of_corners);
+    if (!texel)
+        return;
+    Look look{(*texel)[0], (*texel)[1], (*texel)[2], 0, 0};
+    if (const auto light = has_emission_ ? emission_.colour(of_corners) : std::nullopt) {
+        auto &colours = rows.mixed.colours;
+        std::array<std::int32_t, 3> shown{};
+        if (triangle_.has_colour || has_image_) // else nothing was written
+            shown = {colours[0][row], colours[1][row], colours[2][row]};
+        look[3] = add_emission(*light, shown);
+        for (std::size_t c = 0; c < 3; ++c)
+            colours[c][row] = shown[c];
+    }
+    if (const auto dark = has_occlusion_ ? occlusion_.colour(of_corners) : std::nullopt)
+        look[4] = (*dark)[0];
+    rows.rest[row].material = sampler_.surface_.material_of_cell[look_cell(look)];
 }
 
 void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end,
@@ -223,7 +238,7 @@ void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t fir
         rows.rest[row].material = materials_[static_cast<std::size_t>(nearest)];
     }
     for (std::size_t row = first; row < end && has_reflectance_; ++row)
-        take_reflectance(row, rows);
+        take_look(row, rows);
 }
 
 void SampleCursor::take(std::span<const Hit> hits, const glm::ivec3 &block, SampleRows &rows) {

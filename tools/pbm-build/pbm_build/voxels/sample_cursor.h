@@ -33,8 +33,9 @@ class SampleCursor {
     void take_image_colour(std::size_t row, SampleRows &rows) const;
     void load_relief(std::uint32_t source, const std::array<std::size_t, 3> &corners);
     void take_relief(std::size_t row, SampleRows &rows) const;
-    void load_reflectance(std::uint32_t source, const std::array<std::size_t, 3> &corners);
-    void take_reflectance(std::size_t row, SampleRows &rows) const;
+    // Finds the image of a triangle in a layer. False: it has none.
+    bool load_layer(Layer layer, std::uint32_t source, const std::array<std::size_t, 3> &corners, TriangleTexture &to);
+    void take_look(std::size_t row, SampleRows &rows) const;
     void take_fields(std::size_t row, SampleRows &rows) const;
     void take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end, SampleRows &rows) const;
 
@@ -51,8 +52,8 @@ class SampleCursor {
     std::array<double, 3> opacities_{}; // of its corners, where they fade the image
     bool has_relief_ = false;
     TriangleTexture relief_;
-    bool has_reflectance_ = false;
-    TriangleTexture reflectance_;
+    bool has_reflectance_ = false, has_emission_ = false, has_occlusion_ = false;
+    TriangleTexture reflectance_, emission_, occlusion_;
     std::array<glm::dvec3, 3> tangents_{}; // of its corners
     double sense_ = 1;                     // of the third direction of the normal map, normal x tangent
 };
