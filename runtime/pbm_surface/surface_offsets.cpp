@@ -99,8 +99,8 @@ inline std::size_t longest_axis(const UnitVector &normal) {
 }
 
 inline const NormalKinds &normal_kinds() {
-    static const auto kKinds = [] {
-        NormalKinds all;
+    static const NormalKinds &kKinds = []() -> const NormalKinds & {
+        NormalKinds &all = *new NormalKinds; // as the tables of normal.cpp
         for (std::size_t i = 0; i < all.kinds.size(); ++i) {
             const UnitVector &middle = normal_table()[i << kKindShift];
             all.kinds[i] = kind_of(middle);
