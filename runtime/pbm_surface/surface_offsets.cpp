@@ -99,8 +99,8 @@ inline std::size_t longest_axis(const UnitVector &normal) {
 }
 
 inline const NormalKinds &normal_kinds() {
-    static const auto kKinds = [] {
-        NormalKinds all;
+    static const NormalKinds &kKinds = []() -> const NormalKinds & {
+        NormalKinds &all = *new NormalKinds; // as the tables of normal.cpp
         for (std::size_t i = 0; i < all.kinds.size(); ++i) {
             const UnitVector &middle = normal_table()[i << kKindShift];
             all.kinds[i] = kind_of(middle);
@@ -481,12 +481,7 @@ HWY_EXPORT(list_sides);
 
 namespace {
 
-// Bricks of a chunk differ in the low bits of their coordinates; most chunks lie in a cube of 16x16x16 bricks.
-std::size_t hash(std::uint64_t place) {
-    constexpr std::uint64_t kLow = 0x000F000F000F;
-    return static_cast<std::size_t>((place & 15) + (place >> 12 & 0xF0) + (place >> 24 & 0xF00) +
-                                    ((place & ~kLow) * 0x9E3779B97F4A7C15U >> 40));
-}
+std::size_t hash(std::uint64_t place) { return static_cast<std::size_t>(place * 0x9E3779B97F4A7C15U >> 40); }
 
 } // namespace
 

@@ -127,22 +127,27 @@ constexpr std::uintptr_t kLargePage = 2 << 20;
 
 std::span<std::byte> use_large_pages() {
 #ifdef __GLIBC__
-    constexpr int kMaxAtOnce = 32 << 20; // the largest threshold allowed
-    constexpr int kHeap = 256 << 20;     // address space, not memory
-    if (address_space_limit())           // each block that the heap lacks would ask for that much
+    constexpr int kMaxAtOnce = 32 << 20;        // the largest threshold allowed
+    constexpr int kHeap = 256 << 20;            // address space, not memory
+    constexpr std::size_t kFirst = 1 << 20;     // more than the heap has left
+    constexpr std::size_t kReturned = 14 << 20; // of the large pages
+    if (address_space_limit())                  // each block that the heap lacks would ask for that much
         return {};
     ::mallopt(M_ARENA_MAX, 1);
     ::mallopt(M_MMAP_THRESHOLD, kMaxAtOnce);
     ::mallopt(M_TRIM_THRESHOLD, kHeap);
     ::mallopt(M_TOP_PAD, kHeap);
     // A block that does not fit makes the heap grow.
-    std::unique_ptr<void, decltype(&std::free)> block(std::malloc(kMaxAtOnce / 2), std::free);
+    std::unique_ptr<void, decltype(&std::free)> block(std::malloc(kFirst), std::free);
     const auto address = reinterpret_cast<std::uintptr_t>(block.get());
-    const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(::sbrk(0)), gap = kLargePage - address % kLargePage;
-    // If the heap cannot grow, the block lies elsewhere.
-    if (block == nullptr || address >= end || end - address > 2 * std::uintptr_t{kHeap})
+    const auto end = reinterpret_cast<std::uintptr_t>(::sbrk(0));
+    // The heap has written behind the block: a page of 2 MB takes no place where a small one lies already.
+    const std::uintptr_t gap = kFirst + kLargePage - (address + kFirst) % kLargePage;
+    // If the heap cannot grow, the block lies elsewhere, or at the end of what it had.
+    if (block == nullptr || address >= end || end - address > 2 * std::uintptr_t{kHeap} ||
+        end - address < gap + kReturned)
         return {};
-    const std::span<std::byte> pages(static_cast<std::byte *>(block.get()) + gap, kMaxAtOnce / 2 - gap);
+    const std::span<std::byte> pages(static_cast<std::byte *>(block.get()) + gap, kReturned);
     static_cast<void>(::madvise(pages.data(), end - address - gap, MADV_HUGEPAGE));
     block.reset();
     // Leave unused what lies before the first large page. Volatile, since compilers remove allocations without effect.

@@ -82,10 +82,11 @@ HOMES = {
     r"glm/.*": r"(runtime|tools|data|bindings)/.*",
     r"std(def|int)\.h": r"bindings/c/pbm\.h",
     r"pbm/pbm\.h": r"bindings/web/.*\.cpp",
-    # In the builder only what runs once per sample or point: vectors elsewhere are the compiler's.
+    # In the builder only what runs once per sample or point, in programs once per pixel: vectors elsewhere are the compiler's.
     r"hwy/.*": (
         r"(system/simd|format_spec/pbm_format|runtime/pbm_(surface|bake|render))/.*\.(cpp|h)"
         r"|tools/pbm-build/pbm_build/\w+/(noise|short_normal|triangle_columns|triangle_mix|leaf_scan|plane_columns|outside_view)\.cpp"
+        r"|runtime/viewer/pictures/row_filter\.cpp"
     ),
     r"(draco/.*|meshoptimizer\.h)": r"tools/pbm_scan/gltf/gltf_(draco|document)\.cpp|bench/.*",
     r"expat\.h": r"tools/pbm_scan/e57/e57_xml\.cpp",

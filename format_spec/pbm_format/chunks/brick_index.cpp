@@ -315,7 +315,7 @@ bool index_bricks(const BrickParents &parents, const ChunkShape &shape, int leve
 }
 
 bool bound_bricks(ByteView masks, std::span<const std::uint16_t> normals, ByteView radii, std::span<BrickRecord> to) {
-    static const NormalWords table;
+    static const NormalWords &table = *new NormalWords; // as the tables of normal.cpp
     return HWY_DYNAMIC_DISPATCH(fill_bricks)(table, masks, normals, radii, to);
 }
 

@@ -35,10 +35,10 @@ Triangle subdivide(int digits) {
 }
 
 struct NormalTables {
-    std::array<UnitVector, kNormalCount> unit{};
-    std::array<IntegerNormal, kNormalCount> integer{};
+    std::array<UnitVector, kNormalCount> unit;
+    std::array<IntegerNormal, kNormalCount> integer;
 
-    NormalTables() {
+    NormalTables() { // sets all of them
         for (std::size_t digits = 0; digits < 1024; ++digits) {
             const std::array<int, 3> sum = normal_lattice_sum(static_cast<std::uint16_t>(digits));
             const std::array<double, 3> c{static_cast<double>(sum[0]), static_cast<double>(sum[1]),
@@ -57,8 +57,10 @@ struct NormalTables {
     }
 };
 
+// On the heap, whose pages may be large: those of static memory are touched one by one. Never deleted, since threads
+// may outlive main.
 const NormalTables &tables() {
-    static const NormalTables instance;
+    static const NormalTables &instance = *new NormalTables;
     return instance;
 }
 

@@ -2,9 +2,11 @@
 
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/chunks/side_chunk.h"
+#include "pbm_format/model/octree.h"
 #include "pbm_render/camera/normal_table.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace pbm {
 namespace {
@@ -45,26 +47,53 @@ void show_first(const Sides &sides, const AttributeSet &set, int level, ChunkVie
     }
 }
 
-// Lists masks and bricks of the points with sides.
-void place_second(std::span<const BrickRecord> bricks, ByteView masks, ChunkSides &to) {
-    std::size_t node = 0, side = 0;
-    std::uint32_t point = 0;
-    for (const BrickRecord &brick : bricks) {
+// A mask of child number `rank` of those in `mask`, which has more.
+unsigned child_of(unsigned mask, std::uint32_t rank) {
+    for (; rank > 0; --rank)
+        mask &= mask - 1;
+    return mask & -mask;
+}
+
+// Lists masks and bricks of the points with sides, and bounds the bricks of the chunk that hold some anew: all others
+// have the points that they had.
+void place_second(std::span<BrickRecord> bricks, const ChunkView &chunk, ChunkSides &to) {
+    const ByteView masks = chunk.masks;
+    const std::size_t points = chunk.normals.size();
+    std::size_t node = 0, side = 0, point = 0;
+    for (BrickRecord &brick : bricks) {
+        if (side == to.points.size())
+            break;
+        const std::size_t first_node = node, first_point = point;
+        const auto nodes = static_cast<std::size_t>(std::popcount(brick.node_map));
+        const std::size_t end_point = point + count_children(slice(masks, node, std::min(nodes, masks.size() - node)));
+        if (to.points[side] >= end_point) {
+            node = std::min(node + nodes, masks.size());
+            point = end_point;
+            continue;
+        }
         BrickRecord second{.x = brick.x, .y = brick.y, .z = brick.z};
         for (std::uint64_t map = brick.node_map; map != 0 && node < masks.size(); map &= map - 1) {
+            const std::uint8_t mask = masks[node++];
+            const std::size_t end = point + kChildren[mask];
             unsigned of_node = 0;
-            for (unsigned mask = masks[node++]; mask != 0; mask &= mask - 1, ++point)
-                if (side < to.points.size() && to.points[side] == point) {
-                    of_node |= mask & -mask;
-                    ++side;
-                }
+            for (; side < to.points.size() && to.points[side] < end; ++side)
+                of_node |= child_of(mask, static_cast<std::uint32_t>(to.points[side] - point));
+            point = end;
             if (of_node == 0)
                 continue;
             second.node_map |= map & -map;
             to.masks.push_back(static_cast<std::uint8_t>(of_node));
         }
-        if (second.node_map != 0)
-            to.bricks.push_back(second);
+        if (second.node_map == 0)
+            continue;
+        to.bricks.push_back(second);
+        if (point > points) // the bytes have changed
+            break;
+        bound_bricks(masks.subspan(first_node, node - first_node),
+                     chunk.normals.subspan(first_point, point - first_point),
+                     chunk.radii.subspan(first_point, point - first_point), {&brick, 1});
+        brick.first_node = static_cast<std::uint16_t>(first_node);
+        brick.first_point = static_cast<std::uint16_t>(first_point);
     }
     to.points.resize(side); // the bytes have changed: fewer
 }
@@ -96,11 +125,9 @@ std::uint64_t ChunkSides::memory_of(const ChunkEntry &chunk, const AttributeSet 
 void split_sides(Sides sides, const AttributeSet &set, int level, std::span<BrickRecord> bricks, ChunkView &view,
                  ChunkSides &to) {
     show_first(sides, set, level, view, to.first);
-    bound_bricks(view.masks, view.normals, view.radii, bricks);
-    view.bricks = bricks;
-
     to.points = std::move(sides.points);
-    place_second(bricks, view.masks, to);
+    place_second(bricks, view, to);
+    view.bricks = bricks;
     const std::size_t count = to.points.size();
     to.second.points.resize(count, set);
     for (std::size_t i = 0; i < count; ++i) {

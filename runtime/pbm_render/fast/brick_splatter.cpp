@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <memory>
 #include <utility>
 
 #undef HWY_TARGET_INCLUDE
@@ -330,7 +331,9 @@ HWY_INLINE std::uint64_t draw_all(const StripRun &at, std::span<const VisibleBri
 }
 
 std::uint64_t draw_bricks(const FrameGeometry &frame, const StripBricks &list, DepthStrip &strip, BackScratch &backs) {
-    SplatScratch scratch;
+    // On the heap, whose pages are large and of which strips share the same: a stack's pages are touched one by one.
+    const std::unique_ptr<SplatScratch> memory(new SplatScratch);
+    SplatScratch &scratch = *memory;
     std::uint64_t drawn = 0;
     bool fronts_are_drawn = false;
     backs.waiting.clear();

@@ -32,7 +32,7 @@ namespace {
 using namespace pbm;
 
 // Approximate bytes of heap that a picture takes beside its pixels.
-constexpr std::size_t kPictureMemory = 8 << 20;
+constexpr std::size_t kPictureMemory = 12 << 20;
 
 int fail(const std::string &file, const Error &error) {
     return command_line::fail(kProgram, file, with_advice(kProgram, error));

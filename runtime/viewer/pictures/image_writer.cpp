@@ -2,6 +2,7 @@
 
 #include "system/threads/parallel.h"
 #include "system/threads/thread_pool.h"
+#include "viewer/pictures/row_filter.h"
 
 #include <isa-l/crc.h>
 #include <isa-l/igzip_lib.h>
@@ -10,7 +11,6 @@
 #include <array>
 #include <bit>
 #include <cassert>
-#include <cstring>
 #include <string>
 #include <string_view>
 
@@ -97,8 +97,7 @@ class BandEncoder {
   public:
     BandEncoder(const Framebuffer &picture, const Bands &bands)
         : picture_(picture), bands_(bands), above_first_(static_cast<std::size_t>(picture.width)),
-          difference_(above_first_.size() * sizeof(std::uint32_t)), filtered_(bands.rows * bands.row_bytes + 1),
-          level_memory_(ISAL_DEF_LVL1_MEDIUM) {}
+          filtered_(bands.rows * bands.row_bytes + 1), level_memory_(ISAL_DEF_LVL1_MEDIUM) {}
 
     EncodedBand encode(std::size_t band) {
         const std::size_t first = band * bands_.rows, end = std::min(first + bands_.rows, bands_.height);
@@ -127,12 +126,11 @@ class BandEncoder {
         const auto *const above =
             reinterpret_cast<const std::uint8_t *>(y == 0 ? above_first_.data() : pixels - columns);
         *filtered++ = kUp;
-        std::uint8_t *const difference = bands_.channels == 4 ? filtered : difference_.data();
-        for (std::size_t i = 0; i < columns * 4; ++i)
-            difference[i] = static_cast<std::uint8_t>(row[i] - above[i]);
-        if (bands_.channels == 3) // four bytes at once: the next pixel overwrites the fourth
-            for (std::size_t x = 0; x < columns; ++x)
-                std::memcpy(filtered + 3 * x, difference + 4 * x, 4);
+        if (bands_.channels == 3)
+            filter_opaque_row(row, above, columns, filtered);
+        else
+            for (std::size_t i = 0; i < columns * 4; ++i)
+                filtered[i] = static_cast<std::uint8_t>(row[i] - above[i]);
     }
 
     // Appends the compressed filtered bytes, without those of kBandStart; all bands but the last end with a full flush.
@@ -168,7 +166,7 @@ class BandEncoder {
     const Framebuffer &picture_;
     const Bands &bands_;
     std::vector<std::uint32_t> above_first_; // zeros: the row above the first row
-    Bytes difference_, filtered_, level_memory_;
+    Bytes filtered_, level_memory_;
     isal_zstream stream_;
 };
 

@@ -95,6 +95,12 @@ class Cubes {
         double longest = 0; // in cubes
         for (int axis = 0; axis < 3; ++axis)
             longest = std::max({longest, std::abs(u[axis]), std::abs(v[axis])});
+        if (longest <= edge_) { // one step, without the divisions below
+            mark(a);
+            mark(a + v);
+            mark(a + u);
+            return;
+        }
         const int steps = std::clamp(static_cast<int>(std::ceil(std::min(longest / edge_, 1e3))), 1, kMaxSteps);
         for (int i = 0; i <= steps; ++i)
             for (int j = 0; j <= steps - i; ++j)

@@ -177,12 +177,13 @@ std::vector<PatchLink> surest_links(const std::vector<PatchLink> &links) {
 // so that a few wrong links do not matter. Based on: Borůvka's algorithm
 void join_patches(const PointLinks &links, const std::vector<Vote> &votes, Patches &patches) {
     std::vector<PatchLink> open;
-    for (std::size_t link = 0; link < votes.size(); ++link)
-        if (votes[link] != 0)
-            if (const PatchLink l = between_roots(patches.sets, static_cast<std::uint32_t>(link / kLinks),
-                                                  links.nearest[link], votes[link]);
-                l.votes != 0)
-                open.push_back(l);
+    for (std::size_t link = 0; link < votes.size(); ++link) {
+        const auto from = static_cast<std::uint32_t>(link / kLinks), to = links.nearest[link];
+        if (votes[link] == 0 || patches.sets.share_parent(from, to))
+            continue;
+        if (const PatchLink l = between_roots(patches.sets, from, to, votes[link]); l.votes != 0)
+            open.push_back(l);
+    }
     for (open = merged(std::move(open)); !open.empty(); open = merged(std::move(open))) {
         for (PatchLink &l : open)
             l.evidence = evidence(patches, l);

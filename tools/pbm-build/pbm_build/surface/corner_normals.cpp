@@ -75,8 +75,10 @@ std::vector<Face> faces_of(const Surface &surface, int threads) {
     return faces;
 }
 
+constexpr double kOnePlane = 0.999 * kUnit * kUnit; // least cosine: that of small angles is too coarse to tell more
+
 bool in_one_plane(const glm::dvec3 &a, const glm::dvec3 &b) {
-    if (glm::dot(a, b) < 0.999 * kUnit * kUnit) // the cosine of small angles is too coarse for what follows
+    if (glm::dot(a, b) < kOnePlane)
         return false;
     static const double limit = std::pow(std::sin(glm::radians(kPlanarDegrees)) * kUnit * kUnit, 2);
     const glm::dvec3 across = glm::cross(a, b);
@@ -101,12 +103,13 @@ struct Fan {
 
     void fill(std::span<const std::uint32_t> indices, const std::vector<Face> &all, const Surface &surface) {
         faces = indices;
-        normals.clear();
-        areas.clear();
+        normals.resize(indices.size());
+        areas.resize(indices.size());
         groups.clear();
-        for (const std::uint32_t i : indices) {
-            normals.emplace_back(all[i].normal);
-            areas.push_back(all[i].area);
+        for (std::size_t i = 0; i < indices.size(); ++i) {
+            const Face &face = all[indices[i]];
+            normals[i] = glm::dvec3(face.normal);
+            areas[i] = face.area;
         }
         for (std::size_t i = 0; i < indices.size() && !surface.smoothing_groups.empty(); ++i)
             groups.push_back(surface.smoothing_groups[indices[i]]);
@@ -130,14 +133,21 @@ using FacePair = std::pair<std::uint32_t, std::uint32_t>;
 bool add_planar_pairs(const Fan &fan, double cosine, std::vector<FacePair> &pairs) {
     if (fan.faces.size() > kMaxFacesAtVertex)
         return false;
-    bool smooth = true;
+    double lowest = kUnit * kUnit;
     for (std::size_t i = 0; i < fan.faces.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) {
-            smooth &= !fan.counts(i) || !fan.counts(j) || fan.are_smooth(i, j, cosine);
-            if (in_one_plane(fan.normals[i], fan.normals[j]))
+            const double along = glm::dot(fan.normals[i], fan.normals[j]);
+            lowest = std::min(lowest, along);
+            if (along >= kOnePlane && in_one_plane(fan.normals[i], fan.normals[j]))
                 pairs.emplace_back(fan.faces[i], fan.faces[j]);
         }
-    return smooth;
+    if (fan.groups.empty() && lowest > cosine) // whichever faces count
+        return true;
+    for (std::size_t i = 0; i < fan.faces.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (fan.counts(i) && fan.counts(j) && !fan.are_smooth(i, j, cosine))
+                return false;
+    return true;
 }
 
 // Calls work(batch, first, end) for batches of `count` vertices, several at once.

@@ -39,11 +39,14 @@ class ParitySets {
         return {root, parity != 0};
     }
 
+    // True for most neighbours of one set; false tells nothing.
+    bool share_parent(std::uint32_t a, std::uint32_t b) const { return up_[a] >> 1 == up_[b] >> 1; }
+
     // Joins the sets of two elements with opposite or equal signs. False if they were one set before. The lower root
     // remains.
     bool join(std::uint32_t a, std::uint32_t b, bool opposite) {
-        if (up_[a] >> 1 == up_[b] >> 1)
-            return false; // below one parent, as most neighbours are
+        if (share_parent(a, b))
+            return false;
         Member p = find(a), q = find(b);
         if (p.root == q.root)
             return false;
