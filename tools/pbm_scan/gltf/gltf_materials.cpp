@@ -76,7 +76,7 @@ glm::vec3 emitted_light(const Json &material) {
 
 GltfMaterials::GltfMaterials(GltfDocument &document, const ReadOptions &options, Surface &surface,
                              std::vector<AttributeReport> &report)
-    : document_(document), options_(options), surface_(surface), images_(surface, report), report_(report) {
+    : document_(document), options_(options), images_(surface, report), report_(report) {
     const Json *const materials = document_.root("materials");
     ColourCounts counts;
     for (std::size_t i = 0; i < items(materials); ++i)

@@ -73,7 +73,6 @@ class GltfMaterials {
 
     GltfDocument &document_;
     const ReadOptions &options_;
-    Surface &surface_;
     TextureImages images_;
     std::vector<AttributeReport> &report_;
     std::map<std::size_t, GltfMaterial> known_;
