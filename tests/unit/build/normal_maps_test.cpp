@@ -234,7 +234,7 @@ TEST(NormalMaps, RoughOnesMakeTheGridFiner) {
                 layer.corners.push_back(layer.corners[k]);
                 layer.ids.push_back(layer.ids[k]);
             }
-        surface.colours.assign(4, {9, 9, 9});
+        surface.face_colours.assign(surface.triangles.size(), {.colour = {9, 9, 9}, .is_given = true});
         const std::vector<ShortNormal> normals(4, ShortNormal{0, 0, 32767});
         const Result<ChosenGrid> chosen = choose_grid(surface, bounds_of(surface), normals, {}, 2);
         EXPECT_TRUE(chosen.ok());

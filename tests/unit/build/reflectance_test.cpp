@@ -1,5 +1,6 @@
 // Images of roughness and metal become materials of points.
 #include "pbm_build/images/reflectance_materials.h"
+#include "pbm_build/surface/material_colours.h"
 #include "pbm_scan/conventions/reflectance.h"
 #include "unit/build/built_models.h"
 #include "unit/support/value_of.h"
@@ -196,6 +197,23 @@ TEST(Reflectance, OcclusionDarkensAmbientLightAlone) {
             ASSERT_NEAR(material.ka, x > 0.5 ? 0.05 : 0.25, 0.002) << x; // the image is turned
             ASSERT_EQ(material.kd, 0.5F);
         }
+}
+
+// Materials are replaced, but not what colours points.
+TEST(Reflectance, ColoursOfMaterialsStay) {
+    Surface surface = reflecting_square(map_of_halves({102, 0}, {102, 0}));
+    surface.materials = {Material{.colour = {255, 0, 0}}, Material{.colour = {0, 0, 255}}};
+    surface.reflectances = {Reflectance{}, Reflectance{}};
+    surface.material_ids = {1, 1, 1, 1};
+    Surface lone = surface;
+    colour_by_materials(surface);
+    EXPECT_EQ(surface.colours, std::vector<Rgb8>(4, Rgb8{0, 0, 255}));
+    lone.materials[1].colour = {255, 0, 0};
+    colour_by_materials(lone);
+    EXPECT_TRUE(lone.colours.empty());
+    add_layer(lone, Layer::emission, plain_image(ImageContent::emission, {9, 9, 9, 255}, {9, 9, 9, 255}));
+    colour_by_materials(lone); // to which emission is added
+    EXPECT_EQ(lone.colours, std::vector<Rgb8>(4, Rgb8{255, 0, 0}));
 }
 
 // Images that do not lie on each other: each combination has its material.

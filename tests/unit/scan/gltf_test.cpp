@@ -467,7 +467,7 @@ TEST(Gltf, EmissionWithoutAnImageLiesEverywhere) {
     ASSERT_EQ(s.layer(Layer::emission).ids.size(), 1U);
     EXPECT_EQ(s.textures[s.layer(Layer::emission).ids[0]].texels,
               (std::vector<std::array<std::uint8_t, 4>>{{137, 0, 0, 255}}));
-    EXPECT_EQ(s.colours.size(), s.positions.size()); // to which it is added
+    EXPECT_TRUE(s.colours.empty()); // those of materials, if nothing replaces these
     EXPECT_TRUE(says(s, "TEXCOORD_0", Fate::dropped));
     material["emissiveFactor"] = {0, 0, 0};
     EXPECT_TRUE(with_reflectance(material).textures.empty());
@@ -479,6 +479,20 @@ TEST(Gltf, EmissionWithoutAnImageLiesEverywhere) {
     EXPECT_TRUE(unlit.textures.empty());
     EXPECT_TRUE(says(unlit, "emissiveTexture of materials", Fate::dropped));
     EXPECT_TRUE(says(unlit, "emissiveFactor of materials", Fate::dropped));
+}
+
+TEST(Gltf, LayersNeedTheirOwnTextureCoordinatesAlone) {
+    json material{{"emissiveFactor", {0.25, 0, 0}}};
+    material["pbrMetallicRoughness"]["metallicRoughnessTexture"] = {{"index", 0}, {"texCoord", 1}}; // there is none
+    const Surface lamp = with_reflectance(material);
+    ASSERT_EQ(lamp.layer(Layer::emission).ids.size(), 1U);
+    ASSERT_EQ(lamp.layer(Layer::reflectance).ids.size(), 1U);
+    EXPECT_EQ(lamp.textures[lamp.layer(Layer::reflectance).ids[0]].texels.size(), 1U); // the factors
+    material["occlusionTexture"] = {{"index", 0}, {"texCoord", 1}};
+    const Surface s = with_reflectance(material);
+    EXPECT_TRUE(s.layer(Layer::occlusion).ids.empty());
+    EXPECT_TRUE(says(s, "occlusionTexture of materials", Fate::dropped));
+    EXPECT_FALSE(says(s, "emissiveTexture of materials", Fate::dropped));
 }
 
 TEST(Gltf, EmissionOfPointsIsSaid) {
@@ -516,9 +530,11 @@ TEST(Gltf, SpecularAndGlossOfImagesAreKept) {
     glossy = {{"glossinessFactor", 0.5}, {"specularFactor", {0.02, 0, 0}}};
     const Reflectance half = with_reflectance(material).reflectances[0].value();
     EXPECT_EQ(half.roughness, 0.5);
-    EXPECT_FALSE(half.tints);
+    EXPECT_TRUE(half.tints); // no metal
     EXPECT_EQ(half.metal, 0);
     EXPECT_NEAR(half.specular, 0.5, 1e-6);
+    glossy = {{"glossinessFactor", 0.5}, {"specularFactor", {0.9, 0, 0}}};
+    EXPECT_FALSE(with_reflectance(material).reflectances[0].value().tints);
     // Without its image, the usual factor would make a mirror.
     glossy = {{"specularGlossinessTexture", {{"index", 1}}}};
     const Surface damaged = with_reflectance(material);

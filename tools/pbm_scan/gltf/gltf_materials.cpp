@@ -186,7 +186,7 @@ void GltfMaterials::read_reflectance(const Json &described, GltfMaterial &materi
         // Without its image, the usual factor of gloss would make a mirror.
         if (image == nullptr || material.has_image_of(Layer::reflectance)) {
             material.reflectance = reflectance_of(factors.specular, factors.roughness);
-            material.reflectance->tints = false;
+            material.reflectance->tints = material.reflectance->metal == 0;
         }
     } else {
         const Json *const metallic = member(&described, "pbrMetallicRoughness");
@@ -234,10 +234,13 @@ void GltfMaterials::read_occlusion(const Json &described, GltfMaterial &material
 // Where there is emission or occlusion, an image of reflectance is expected too.
 void GltfMaterials::complete_reflectance(GltfMaterial &material) {
     const bool is_needed = material.has_image_of(Layer::emission) || material.has_image_of(Layer::occlusion);
-    if (is_needed && !material.has_image_of(Layer::reflectance))
-        material.layers[static_cast<std::size_t>(Layer::reflectance)] = {
-            .texture = images_.of_texel({.content = ImageContent::roughness_metal, .factors = *material.reflectance}),
-            .is_uniform = true};
+    if (!is_needed)
+        return;
+    material.plain_reflectance =
+        images_.of_texel({.content = ImageContent::roughness_metal, .factors = *material.reflectance});
+    if (!material.has_image_of(Layer::reflectance))
+        material.layers[static_cast<std::size_t>(Layer::reflectance)] = {.texture = material.plain_reflectance,
+                                                                         .is_uniform = true};
 }
 
 std::uint16_t GltfMaterials::plain_image(const GltfMaterial &material) {

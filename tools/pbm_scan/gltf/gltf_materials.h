@@ -33,6 +33,7 @@ struct GltfMaterial {
     bool has_image = false;                   // of the base colour; it may turn out that it cannot be read
     GltfImage image;                          // of the base colour
     std::array<GltfImage, kLayers> layers;
+    std::uint16_t plain_reflectance = Surface::kNoTexture; // of its factors; of materials with emission or occlusion
 
     // Calls `visit` for each image that can be read and has a place.
     template <class Visit> void for_images(const Visit &visit) const {

@@ -278,13 +278,21 @@ class GltfReader {
         const std::vector<float> *const in_colours = primitive.places_in(material.image);
         std::array<const std::vector<float> *, kLayers> in_layers{};
         std::array<std::uint16_t, kLayers> of_layers{};
+        constexpr auto kOfReflectance = static_cast<std::size_t>(Layer::reflectance);
         for (std::size_t i = 0; i < kLayers; ++i) {
             const GltfImage &image = material.layers[i];
             in_layers[i] = image.is_uniform ? nullptr : primitive.places_in(image);
             of_layers[i] = in_layers[i] != nullptr || image.is_uniform ? image.texture : Surface::kNoTexture;
         }
-        // Light is added to a colour.
-        has_colours_ = has_colours_ || (material.has_image_of(Layer::emission) && !primitive.triangles.empty());
+        for (const Layer layer : {Layer::emission, Layer::occlusion}) {
+            const auto i = static_cast<std::size_t>(layer);
+            if (material.has_image_of(layer) && of_layers[i] == Surface::kNoTexture && !primitive.triangles.empty())
+                drop_once(report_,
+                          layer == Layer::emission ? "emissiveTexture of materials" : "occlusionTexture of materials",
+                          "some faces have no texture coordinates for it");
+            if (of_layers[i] != Surface::kNoTexture && of_layers[kOfReflectance] == Surface::kNoTexture)
+                of_layers[kOfReflectance] = material.plain_reflectance; // its image has no place here
+        }
         const bool has_places = in_colours != nullptr || std::any_of(in_layers.begin(), in_layers.end(),
                                                                      [](const auto *places) { return places; });
         has_places_ = has_places_ || (has_places && !primitive.triangles.empty());

@@ -7,13 +7,19 @@
 
 namespace pbm::build {
 
-// Gives vertices the colours of their materials where no vertex has a colour, some triangles have an image or a colour
-// of their own, and others may have none.
+// Gives vertices the colours of their materials where no vertex has a colour, and
+//   - some triangles have an image or a colour of their own, and others may have none,
+//   - images of reflectance are about to replace materials of several colours, or
+//   - emission is added to the colours.
 inline void colour_by_materials(Surface &surface) {
     const auto is_given = [](const FaceColour &colour) { return colour.is_given; };
     const std::vector<FaceColour> &of_faces = surface.face_colours;
+    const bool are_replaced =
+        !surface.layer(Layer::reflectance).ids.empty() &&
+        std::any_of(surface.materials.begin(), surface.materials.end(),
+                    [&](const Material &material) { return material.colour != surface.materials.front().colour; });
     const bool are_mixed =
-        !surface.texture_ids.empty() ||
+        !surface.texture_ids.empty() || are_replaced || !surface.layer(Layer::emission).ids.empty() ||
         (!of_faces.empty() && (surface.point_count() != 0 || !std::all_of(of_faces.begin(), of_faces.end(), is_given)));
     if (!are_mixed || !surface.colours.empty())
         return;
