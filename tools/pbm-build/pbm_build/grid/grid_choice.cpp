@@ -409,8 +409,8 @@ int depth_of_screen(const Surface &surface, const Bounds &bounds, std::span<cons
     if (!(area > 0)) // a line or a point has no detail
         return depth;
     // Of images and faces, whose colours may change anywhere.
-    const bool has_fine_colours = !surface.texture_ids.empty() || !surface.face_colours.empty() ||
-                                  !surface.layer(Layer::emission).ids.empty();
+    const bool has_fine_colours =
+        !surface.texture_ids.empty() || !surface.face_colours.empty() || !surface.layer(Layer::emission).ids.empty();
     while (depth < kMaxScreenDepth && screen_voxel(bounds, request.up.value_or(UpAxis::y), depth) > kMaxScreenVoxel) {
         const double voxel_size = centred_grid(bounds, depth + 1).voxel_size;
         const double change = std::hypot(normal_change(surface, bounds, normals, voxel_size, threads),
