@@ -362,9 +362,12 @@ double screen_voxel(const Bounds &bounds, UpAxis up, int depth) {
 }
 
 double estimated_bytes(double relative_area, double normal_change, double colour_change, int depth) {
-    constexpr double kVoxelsPerArea = 1.5, kPlain = 0.1, kOfChange = 2.8, kOfColour = 4, kMostOfColour = 1; // bytes
-    const double per_voxel =
-        kPlain + kOfChange * std::sqrt(normal_change) + std::min(kOfColour * std::sqrt(colour_change), kMostOfColour);
+    // Bytes per voxel. However little colours change, they are rounded to other numbers in many voxels.
+    constexpr double kVoxelsPerArea = 1.5, kPlain = 0.1, kOfChange = 2.8, kColoured = 0.5, kOfColour = 2,
+                     kMostOfColour = 1;
+    const double of_colour =
+        colour_change > 0 ? std::min(kColoured + kOfColour * std::sqrt(colour_change), kMostOfColour) : 0;
+    const double per_voxel = kPlain + kOfChange * std::sqrt(normal_change) + of_colour;
     return std::ldexp(kVoxelsPerArea * relative_area, 2 * depth) * per_voxel;
 }
 
