@@ -225,8 +225,8 @@ void choose_reflectances(Surface &surface, const Material &usual, std::size_t ma
     std::vector<std::uint8_t> new_id;
     for (std::size_t i = 0; i < surface.materials.size(); ++i) {
         if (i < surface.reflectances.size() && surface.reflectances[i]) {
-            const ReflectanceTexel texel = texel_of(*surface.reflectances[i]);
-            new_id.push_back(surface.material_of_cell[look_cell(look_of({texel[0], texel[1], texel[2], 0, 0}))]);
+            const LookTexel look = reflecting(texel_of(*surface.reflectances[i]));
+            new_id.push_back(surface.material_of_cell[look_cell(look_of(look))]);
             continue;
         }
         Material material = surface.materials[i];

@@ -2,7 +2,6 @@
 
 #include "pbm_build/images/texture_pyramid.h"
 #include "pbm_format/model/point_values.h"
-#include "pbm_scan/conventions/reflectance.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -19,6 +18,7 @@
 namespace pbm::build {
 namespace {
 
+// Sums of looks by the cell that they lie in.
 class Cells {
   public:
     explicit Cells(std::size_t count) : number_of_(count, 0) {}
@@ -81,8 +81,6 @@ class Areas {
     const Surface &surface_;
     double scale_;
 };
-
-LookTexel reflecting(const ReflectanceTexel &texel) { return {texel[0], texel[1], texel[2], 0, 0}; }
 
 // The look of a triangle without an image of reflectance: that of its material. Nothing: it has none.
 std::optional<LookTexel> look_of_material(const Surface &surface, std::size_t triangle) {

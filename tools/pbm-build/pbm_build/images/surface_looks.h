@@ -1,6 +1,7 @@
 // What a surface with images of materials shows, and how much of it: the input of its clusters.
 #pragma once
 
+#include "pbm_scan/conventions/reflectance.h"
 #include "pbm_scan/surface/surface.h"
 
 #include <algorithm>
@@ -15,6 +16,9 @@ namespace pbm::build {
 inline constexpr std::size_t kLookParts = 5;
 using Look = std::array<std::int32_t, kLookParts>;      // 0..65,535
 using LookTexel = std::array<std::uint8_t, kLookParts>; // 0..255
+
+// The look of what only reflects: it emits nothing, and all ambient light arrives.
+inline LookTexel reflecting(const ReflectanceTexel &texel) { return {texel[0], texel[1], texel[2], 0, 0}; }
 
 inline Look look_of(const LookTexel &texel) {
     Look look{};
