@@ -4,7 +4,7 @@
 #include "pbm_format/hashes/hash.h"
 #include "pbm_format/model/octree.h"
 #include "pbm_format/reading/load_model.h"
-#include "pbm_format/reading/side_reader.h"
+#include "pbm_format/reading/point_stream_reader.h"
 
 #include <algorithm>
 #include <array>
@@ -33,7 +33,8 @@ std::uint32_t attributes_of(const Reader &reader) {
     add(reader.section(SectionType::panorama) != nullptr, PBM_HAS_PANORAMA);
     add(parameters.closed, PBM_IS_CLOSED);
     add(std::any_of(parameters.materials.begin(), parameters.materials.end(), is_round), PBM_HAS_ROUND_POINTS);
-    add(SideReader(reader).has(reader.depth()), PBM_HAS_SIDES);
+    add(PointStreamReader(reader, PointStream::sides).has(reader.depth()), PBM_HAS_SIDES);
+    add(PointStreamReader(reader, PointStream::offsets).has(reader.depth()), PBM_HAS_OFFSETS);
     return bits;
 }
 
@@ -225,7 +226,7 @@ namespace {
 
 // Appends the ranges of the file that hold the chunks of a level, and their sides.
 void list_chunks(const Reader &reader, int level, std::vector<FileRange> &ranges) {
-    const SideReader sides(reader);
+    const PointStreamReader sides(reader, PointStream::sides);
     for (const FileRange range : {sides.directory_range(level), sides.values_range(level)})
         if (range.bytes > 0)
             ranges.push_back(range);

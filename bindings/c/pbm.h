@@ -174,7 +174,8 @@ enum {
     PBM_HAS_PANORAMA = 32,
     PBM_IS_CLOSED = 64, // its surface bounds volumes, and normals point out of them: from outside no back is visible
     PBM_HAS_ROUND_POINTS = 128, // some points lie on no surface: pbm_points.round
-    PBM_HAS_SIDES = 256         // some points stand for both sides of a thin wall: pbm_read_sides
+    PBM_HAS_SIDES = 256,        // some points stand for both sides of a thin wall: pbm_read_sides
+    PBM_HAS_OFFSETS = 512       // it says where the surface lies within some voxels, and pictures show it there
 };
 
 typedef struct pbm_info {

@@ -2,7 +2,7 @@
 #include "model.h"
 #include "point_writer.h"
 
-#include "pbm_format/reading/side_reader.h"
+#include "pbm_format/reading/point_stream_reader.h"
 
 #include <algorithm>
 #include <array>
@@ -17,7 +17,7 @@ Status fetch_sides(OpenModel &model, std::int32_t level) {
         return checked;
     if (const auto directory = model.directory(level); !directory)
         return directory.error();
-    const SideReader sides(model.reader);
+    const PointStreamReader sides(model.reader, PointStream::sides);
     if (!sides.has(level))
         return {};
     return model.bytes.require(std::array{sides.directory_range(level), sides.values_range(level)});

@@ -19,7 +19,8 @@ from commands import check  # noqa: E402
 WORDS = [
     ({"PBM_HAS_COLOURS": "colours", "PBM_HAS_MATERIALS": "materials", "PBM_HAS_TEXTURE": "texture",
       "PBM_HAS_SHADOWS": "shadows", "PBM_HAS_GROUND": "ground", "PBM_HAS_PANORAMA": "panorama", "PBM_IS_CLOSED": "closed",
-      "PBM_HAS_ROUND_POINTS": "round_points", "PBM_HAS_SIDES": "sides"},
+      "PBM_HAS_ROUND_POINTS": "round_points", "PBM_HAS_SIDES": "sides",
+      "PBM_HAS_OFFSETS": "offsets"},
      "model.py _ATTRIBUTES", "pbm.js ATTRIBUTES"),
     ({"PBM_BACKS_AUTO": "auto", "PBM_BACKS_SHOWN": "show", "PBM_BACKS_HIDDEN": "hide"}, "model.py _BACKS", "pbm.js BACKS"),
     ({"PBM_FAST": "fast", "PBM_FINE": "fine"}, "model.py _QUALITIES", "pbm.js QUALITIES"),

@@ -1,7 +1,7 @@
 #include "pictures.h"
 
 #include "pbm_format/chunks/mapped_chunk.h"
-#include "pbm_format/reading/side_reader.h"
+#include "pbm_format/reading/point_stream_reader.h"
 #include "pbm_render/bricks/round_points.h"
 #include "pbm_render/camera/normal_table.h"
 #include "unit/support/value_of.h"
@@ -35,7 +35,7 @@ std::vector<std::vector<Chunk>> decode_all(ByteView file) {
 // The sides of the points of each chunk.
 std::vector<std::vector<Sides>> decode_sides_of(Reader &reader) {
     std::vector<std::vector<Sides>> levels(1);
-    SideReader sides(reader);
+    PointStreamReader sides(reader, PointStream::sides);
     for (int level = 1; level <= reader.depth(); ++level) {
         const LevelDirectory &directory = *value_of(reader.directory(level));
         levels.emplace_back(directory.chunks.size());

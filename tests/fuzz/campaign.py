@@ -38,6 +38,7 @@ TARGETS = {
     "e57": (3072, []),
     "ptx": (512, [HERE.parent / "odd" / "files"]),
     "chunk": (256, []),
+    "point_stream": (256, []),
     "unfilter": (256, []),
     "c_api": (8192, [VECTORS / "valid", VECTORS / "invalid"]),
     "damage": (64, []),

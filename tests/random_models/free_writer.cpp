@@ -6,6 +6,7 @@
 
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/chunks/chunk.h"
+#include "pbm_format/chunks/offset_chunk.h"
 #include "pbm_format/chunks/side_chunk.h"
 #include "pbm_format/container/field_sections.h"
 #include "pbm_format/container/section_encoder.h"
@@ -38,7 +39,8 @@ class FreeWriter {
         add_fields();
         add_shapes();
         for (std::size_t level = 1; level < shapes_.size(); ++level)
-            add_sides_of_level(level);
+            for (const PointStream kind : kPointStreams)
+                add_stream_of_level(kind, level);
         add_rasters();
         add_unknown_sections();
         return assemble();
@@ -299,11 +301,15 @@ class FreeWriter {
 
     // 19.4.3: a chunk with sides has no cone.
     bool has_sides(std::size_t level, const ChunkEntry &entry) const {
-        return !encode_sides(level_at(level).sides, entry, set_, static_cast<int>(level)).empty();
+        return !encode_stream(PointStream::sides, level, entry).empty();
+    }
+    Bytes encode_stream(PointStream kind, std::size_t level, const ChunkEntry &entry) const {
+        return kind == PointStream::sides ? encode_sides(level_at(level).sides, entry, set_, static_cast<int>(level))
+                                          : encode_offsets(level_at(level).offsets, entry);
     }
 
-    void add_sides_of_level(std::size_t level) {
-        if (level_at(level).sides.size() == 0)
+    void add_stream_of_level(PointStream kind, std::size_t level) {
+        if ((kind == PointStream::sides ? level_at(level).sides.size() : level_at(level).offsets.size()) == 0)
             return;
         std::vector<PointStreamEntry> entries;
         Bytes values;
@@ -311,7 +317,7 @@ class FreeWriter {
         std::uint64_t raw_bytes = 0;
         for (const ChunkShape &shape : shapes_[level]) {
             chunk.shape = shape;
-            const Bytes raw = encode_sides(level_at(level).sides, chunk, set_, static_cast<int>(level));
+            const Bytes raw = encode_stream(kind, level, chunk);
             const std::size_t start = values.size();
             const StreamEntry stored = append_raw_freely(raw, mapped_, random_, values);
             entries.push_back({.hash = hash64(ByteView(values).subspan(start)),
@@ -322,7 +328,7 @@ class FreeWriter {
             chunk.first_point += shape.points;
         }
         const Bytes directory = encode_stream_directory(entries);
-        const std::uint32_t instance = instance_of(PointStream::sides, static_cast<int>(level));
+        const std::uint32_t instance = instance_of(kind, static_cast<int>(level));
         add({.type = SectionType::stream_directory,
              .codec = Codec::raw,
              .instance = instance,

@@ -237,6 +237,22 @@ void add_random_sides(Random &random, Model &model) {
     }
 }
 
+// Offsets of any points of some levels.
+void add_random_offsets(Random &random, Model &model) {
+    for (std::size_t level = 1; level < model.levels.size(); ++level) {
+        Offsets &offsets = model.levels[level].offsets;
+        const std::uint64_t share = 1 + random.below(9);
+        if (once_in(random, 3))
+            continue;
+        for (std::uint32_t i = 0; i < model.levels[level].points.size(); ++i)
+            if (once_in(random, share)) {
+                offsets.points.push_back(i);
+                offsets.values.push_back(static_cast<std::int8_t>(
+                    static_cast<int>(random.below(2 * Offsets::kMost + 1)) - Offsets::kMost));
+            }
+    }
+}
+
 } // namespace
 
 Model random_model(Random &random, std::size_t max_points) {
@@ -261,6 +277,8 @@ Model random_model(Random &random, std::size_t max_points) {
     average_fields(model, 1);
     if (once_in(random, 3))
         add_random_sides(random, model);
+    if (once_in(random, 3))
+        add_random_offsets(random, model);
     if (once_in(random, 2))
         add_random_ground(random, model);
     if (once_in(random, 3)) {

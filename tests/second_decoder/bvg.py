@@ -121,6 +121,9 @@ def summary(m):
     for level, sides in enumerate(m.sides):
         if sides:
             yield f"  level {level}: {len(sides.points):,} points with two sides"
+    for level, offsets in enumerate(m.offsets):
+        if offsets:
+            yield f"  level {level}: {len(offsets.points):,} points with offsets"
     for e, (width, height, *_) in m.rasters:
         yield f"  raster {e.type}, {e.instance}: {width} x {height}"
 

@@ -44,7 +44,7 @@ SCANS = {"1.0": {
     "scan-tint": (6, ("--material", "gold,environment=0.6,tint=1", "--panorama", "default", "--panorama-width", "256")),
     "scan-tint-mapped": (5, ("--material", "silver,tint=0.5", "--panorama", "default", "--panorama-width", "256", "--ground",
                              "plain", "--ground-resolution", "64", "--store", "mapped")),
-}}
+}, "1.6": {}}
 
 def write_cloud(path):
     """Trees on a slope, as points without normals and colours: they lie on no surface, the ground does."""
@@ -99,7 +99,8 @@ SHAPES = {"1.3": write_cloud, "1.4": write_pot} # versions whose scans are not p
 def decoded_hash(m):
     """XXH3-128 of all that was decoded: of each level the masks and the values of each stream in the order of the attributes
     section, lit fractions one byte each; of each raster the texels of mip level 0; the stored metadata; of each level the
-    stored values of each field; of each level with sides their points and, stream by stream, the values of both."""
+    stored values of each field; of each level with sides their points and, stream by stream, the values of both; of each level with offsets their points
+    and these."""
     h = xxhash.xxh3_128()
     for level in m.levels:
         h.update(bytes(level.masks))
@@ -111,7 +112,7 @@ def decoded_hash(m):
     for values in m.values:
         for field, column in zip(m.fields, values):
             h.update(b"".join(value.to_bytes(field.bytes, "little") for value in column))
-    for sides in filter(None, m.sides):
+    for sides in (*filter(None, m.sides), *filter(None, m.offsets)):
         h.update(b"".join(point.to_bytes(4, "little") for point in sides.points))
         for values in sides.values:
             h.update(bytes(values))
@@ -126,6 +127,7 @@ def contents(path):
             **({"round": [i for i, shape in enumerate(m.shapes) if shape]} if any(m.shapes) else {}),
             **({"tints": m.tints} if any(m.tints) else {}),
             **({"sides": [len(sides.points) if sides else 0 for sides in m.sides]} if any(m.sides) else {}),
+            **({"offsets": [len(some.points) if some else 0 for some in m.offsets]} if any(m.offsets) else {}),
             "rasters": [[e.type, e.instance, width, height] for e, (width, height, *_) in m.rasters], "decoded": decoded_hash(m)}
 
 def write(version, sample, build):

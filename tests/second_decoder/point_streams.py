@@ -1,4 +1,4 @@
-"""Optional streams of points, and the sides of thin walls (section 19 of the specification)."""
+"""Optional streams of points: the sides of thin walls, and surface offsets (section 19 of the specification)."""
 
 import struct
 from collections import namedtuple
@@ -8,7 +8,7 @@ from levels import raw_sizes
 from streams import Part, fold_bits, need, unpack_part, xxh3
 from values import MATERIAL, NORMAL, RADIUS, SHADOW
 
-SIDES = 1                                               # kinds of point streams
+SIDES, OFFSETS = 1, 3                                   # kinds of point streams
 Side = namedtuple("Side", "points values")              # of a level: indices, and the bytes of each stream but radii
 
 def read_directory(m, kind, level):
@@ -31,44 +31,63 @@ def read_directory(m, kind, level):
     need(sums == (section.stored, section.raw, section.count), "bad_directory", at, "19.2.5")
     return parts
 
+def rule(part, condition, number):
+    need(condition, "bad_attribute", part.offset, number)
+
+def read_mask(c, part, data, number):
+    """The size of the mask, and the points of the chunk that it marks."""
+    size = (c.points + 7) // 8
+    points = [i for i in range(8 * min(size, len(data))) if data[i >> 3] >> (i & 7) & 1]
+    rule(part, len(data) >= size and points and points[-1] < c.points, number)
+    return size, points
+
+def read_offsets(m, level, c, part):
+    """19.6: the points of a chunk that have offsets, and these."""
+    data = unpack_part(m, part, part.offset)
+    size, points = read_mask(c, part, data, "19.6.1")
+    rule(part, len(data) == size + len(points), "19.6.1")
+    offsets = data[size:]
+    rule(part, all(offset <= 14 or offset >= 256 - 14 for offset in offsets), "19.6.2")
+    return points, [offsets]
+
 def read_sides(m, level, c, part):
     """19.4: the points of a chunk that have sides, and the values of both sides of each, stream by stream."""
     data = unpack_part(m, part, part.offset)
-    def rule(condition, number):
-        need(condition, "bad_attribute", part.offset, number)
-    size = (c.points + 7) // 8
-    points = [i for i in range(8 * min(size, len(data))) if data[i >> 3] >> (i & 7) & 1]
-    rule(len(data) >= size and points and points[-1] < c.points, "19.4.1")
+    size, points = read_mask(c, part, data, "19.4.1")
     count = 2 * len(points)
     streams = [(s, raw) for s, raw in zip(m.streams, raw_sizes(m, level, 0, count)[1:]) if s.kind != RADIUS]
-    rule(len(data) == size + sum(raw for _, raw in streams), "19.4.1")
-    rule(c.cosine == -32767, "19.4.3")
+    rule(part, len(data) == size + sum(raw for _, raw in streams), "19.4.1")
+    rule(part, c.cosine == -32767, "19.4.3")
     values, at = [], size
     for s, raw in streams:
         bytes_of = data[at:at + raw]
         if s.kind == NORMAL:
-            rule(max(struct.unpack(f"<{count}H", bytes_of)) < 0x2000, "19.4.2")
+            rule(part, max(struct.unpack(f"<{count}H", bytes_of)) < 0x2000, "19.4.2")
         elif s.kind == MATERIAL:
-            rule(max(bytes_of) < len(m.materials), "6.4.1")
+            rule(part, max(bytes_of) < len(m.materials), "6.4.1")
         elif s.kind == SHADOW:
             bytes_of = fold_bits(part, bytes_of, s.bits[level], count)
         values.append(bytes_of)
         at += raw
     return points, values
 
+def read_stream(m, kind, level, columns, read_chunk):
+    """The points of a level that a kind of stream says something of, and its columns of values; None if there is none."""
+    if (DIRECTORY, 256 * kind + level) not in m.section:
+        return None
+    all_points, first = Side([], [bytearray() for _ in range(columns)]), 0
+    for c, (digest, part) in zip(m.directories[level], read_directory(m, kind, level)):
+        need(digest == xxh3(m.data[part.offset:part.offset + part.stored]), "bad_hash", part.offset, "19.3.1")
+        if part.raw:
+            points, values = read_chunk(m, level, c, part)
+            all_points.points.extend(first + i for i in points)
+            for column, more in zip(all_points.values, values):
+                column += more
+        first += c.points
+    return all_points
+
 def read(m):
-    """m.sides[level]: the sides of the points of each level; None if it has none."""
-    m.sides = [None] * (m.depth + 1)
-    for level in range(1, m.depth + 1):
-        if (DIRECTORY, 256 * SIDES + level) not in m.section:
-            continue
-        sides, first = Side([], [bytearray() for s in m.streams if s.kind != RADIUS]), 0
-        for c, (digest, part) in zip(m.directories[level], read_directory(m, SIDES, level)):
-            need(digest == xxh3(m.data[part.offset:part.offset + part.stored]), "bad_hash", part.offset, "19.3.1")
-            if part.raw:
-                points, values = read_sides(m, level, c, part)
-                sides.points.extend(first + i for i in points)
-                for column, more in zip(sides.values, values):
-                    column += more
-            first += c.points
-        m.sides[level] = sides
+    """m.sides[level], m.offsets[level]: of the points of each level; None if it has none."""
+    levels, columns = range(1, m.depth + 1), sum(s.kind != RADIUS for s in m.streams)
+    m.sides = [None, *(read_stream(m, SIDES, level, columns, read_sides) for level in levels)]
+    m.offsets = [None, *(read_stream(m, OFFSETS, level, 1, read_offsets) for level in levels)]

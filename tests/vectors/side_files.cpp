@@ -1,4 +1,4 @@
-// Files whose points have sides. BVG.md 19
+// Files whose points have sides or offsets. BVG.md 19
 #include "collection.h"
 #include "unit/support/test_models.h"
 
@@ -35,6 +35,17 @@ const Bytes &sides_file() {
     return file;
 }
 
+Model model_with_offsets() {
+    Model model = sphere_model(kSideDepth, {}, 0.3);
+    add_offsets(model);
+    return model;
+}
+
+const Bytes &offsets_file() {
+    static const Bytes file = encode_sides_file(model_with_offsets(), Storage::mapped);
+    return file;
+}
+
 // Sets a byte of the values of level 1, which has one chunk of 8 points: a mask, the normals, the rest.
 Collection::Edit set_value(std::size_t at, std::uint8_t value) {
     return [=](FileEditor &file) { file.set<std::uint8_t>(file.section(stream_values, kOfLevel1) + at, value); };
@@ -60,7 +71,7 @@ Bytes swollen_file() {
 
 std::vector<ValidFile> valid_side_files() {
     FileEditor unknown(sides_file()); // a kind that nobody knows: nothing of its directory and values is verified
-    constexpr std::uint32_t kUnknown = 0x200 + 1;
+    constexpr std::uint32_t kUnknown = 0x200 + 1; // kind 2 has no meaning
     for (const SectionType type : {stream_directory, stream_values})
         for (std::uint32_t level = 1; level <= kSideDepth; ++level)
             unknown.set<std::uint32_t>(unknown.entry(type, instance_of(PointStream::sides, static_cast<int>(level))) +
@@ -70,7 +81,9 @@ std::vector<ValidFile> valid_side_files() {
     unknown.repair();
     return {{"sides.pbvg", encode_sides_file(model_with_sides(), Storage::packed)},
             {"sides-mapped.pbvg", sides_file()},
-            {"unknown-point-stream.pbvg", unknown.bytes()}};
+            {"unknown-point-stream.pbvg", unknown.bytes()},
+            {"offsets.pbvg", encode_sides_file(model_with_offsets(), Storage::packed)},
+            {"offsets-mapped.pbvg", offsets_file()}};
 }
 
 void add_side_files(Collection &files) {
@@ -98,6 +111,15 @@ void add_side_files(Collection &files) {
         file.set<std::uint16_t>(file.chunk(1) + 36, 0x155); // along x: no normal is opposite
         file.set<std::int16_t>(file.chunk(1) + 38, -32766);
     });
+    const auto add_offset = [&](const std::string &name, std::size_t at, std::uint8_t value) {
+        files.add(name, offsets_file(), [=](FileEditor &file) {
+            file.set<std::uint8_t>(file.section(stream_values, instance_of(PointStream::offsets, 1)) + at, value);
+        });
+    };
+    add_offset("19.6.1-empty-mask", 0, 0);
+    add_offset("19.6.1-other-size", 0, 1);
+    add_offset("19.6.2-beyond-the-voxel", 1, 15);
+    add_offset("19.6.2-below-the-voxel", 1, 0xF1);
 }
 
 } // namespace pbm::test

@@ -68,7 +68,7 @@ class LevelStream {
   public:
     // `fields`: of a file that has some, with the directories of the levels; or null. `sides`: with that of the wanted
     // level.
-    LevelStream(Reader &reader, const FieldReader *fields, const SideReader &sides, const StreamOptions &options,
+    LevelStream(Reader &reader, const FieldReader *fields, const PointStreamReader &sides, const StreamOptions &options,
                 const PointSink &sink)
         : reader_(reader), fields_(fields), sides_(sides), options_(options), sink_(sink) {}
 
@@ -148,7 +148,7 @@ class LevelStream {
 
     Reader &reader_;
     const FieldReader *fields_;
-    const SideReader &sides_;
+    const PointStreamReader &sides_;
     const StreamOptions &options_;
     const PointSink &sink_;
 };
@@ -180,7 +180,7 @@ Status stream_points(Reader &reader, const StreamOptions &options, const PointSi
         const std::vector<MortonCode> codes{0};
         return sink.write(sink.encode({codes, root, root_values(fields ? &*fields : nullptr)}));
     }
-    SideReader sides(reader);
+    PointStreamReader sides(reader, PointStream::sides);
     std::uint64_t fixed = 0;
     std::vector<const LevelDirectory *> directories{nullptr};
     for (int level = 1; level <= options.level; ++level) {

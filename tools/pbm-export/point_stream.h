@@ -2,8 +2,8 @@
 #pragma once
 
 #include "pbm_format/reading/field_reader.h"
+#include "pbm_format/reading/point_stream_reader.h"
 #include "pbm_format/reading/reader.h"
-#include "pbm_format/reading/side_reader.h"
 
 #include <functional>
 #include <span>

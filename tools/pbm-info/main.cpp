@@ -7,8 +7,8 @@
 #include "pbm_format/rasters/tiled_image.h"
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/load_model.h"
+#include "pbm_format/reading/point_stream_reader.h"
 #include "pbm_format/reading/reader.h"
-#include "pbm_format/reading/side_reader.h"
 #include "system/files/mapped_file.h"
 
 #include <nlohmann/json.hpp>
@@ -61,6 +61,7 @@ struct FileSizes {
     std::uint64_t counted_bytes = 0;                     // of the file without its panorama; base of bits per point
     std::uint64_t round_points = 0;                      // of the finest level
     std::uint64_t points_with_sides = 0, side_bytes = 0; // of all levels
+    std::uint64_t points_with_offsets = 0, offset_bytes = 0;
 };
 
 } // namespace pbm::info_program
@@ -240,6 +241,7 @@ json to_json(const std::string &path, const Reader &reader, const FileSizes &siz
         {"closed", parameters.closed},
         {"round_points", sizes.round_points},
         {"points_with_sides", sizes.points_with_sides},
+        {"points_with_offsets", sizes.points_with_offsets},
         {"content_id", hexadecimal(header.content_id)},
         {"materials", parameters.materials},
         {"lights", lights_to_json(reader)},
@@ -373,6 +375,9 @@ void print_text(const std::string &path, const Reader &reader, const FileSizes &
                       ? "two sides   " + std::to_string(sizes.points_with_sides) + " points of all levels, " +
                             std::to_string(sizes.side_bytes) + " bytes\n"
                       : "")
+              << (sizes.points_with_offsets > 0 ? "offsets     " + std::to_string(sizes.points_with_offsets) +
+                                                      " points, " + std::to_string(sizes.offset_bytes) + " bytes\n"
+                                                : "")
               << "materials   " << parameters.materials.size() << ", lights " << parameters.lights.size() << '\n';
     print_shading(parameters);
     print_fields(reader);
@@ -407,15 +412,20 @@ Result<std::uint64_t> count_round_points(Reader &reader) {
                              ids.begin(), ids.end(), [&](std::uint8_t id) { return is_round(materials[id]); }));
 }
 
-Status measure_sides(Reader &reader, FileSizes &sizes) {
-    for (LevelSize &level : sizes.levels) {
-        const SectionEntry *const values =
-            reader.section(SectionType::stream_values, instance_of(PointStream::sides, level.level));
-        const Result<std::uint64_t> count = count_sides(reader, level.level);
-        if (!count)
-            return count.error();
-        sizes.points_with_sides += *count;
-        sizes.side_bytes += values == nullptr ? 0 : values->stored_bytes;
+Status measure_point_streams(Reader &reader, FileSizes &sizes) {
+    const auto bytes_of = [&](PointStream kind, int level) {
+        const SectionEntry *const values = reader.section(SectionType::stream_values, instance_of(kind, level));
+        return values == nullptr ? 0 : values->stored_bytes;
+    };
+    for (const LevelSize &level : sizes.levels) {
+        const Result<std::uint64_t> with_sides = count_sides(reader, level.level);
+        const Result<std::uint64_t> with_offsets = count_offsets(reader, level.level);
+        if (!with_sides || !with_offsets)
+            return with_sides ? with_offsets.error() : with_sides.error();
+        sizes.points_with_sides += *with_sides;
+        sizes.side_bytes += bytes_of(PointStream::sides, level.level);
+        sizes.points_with_offsets += *with_offsets;
+        sizes.offset_bytes += bytes_of(PointStream::offsets, level.level);
     }
     return {};
 }
@@ -450,7 +460,7 @@ int run(int argc, char **argv) {
     if (!round)
         return fail(path, round.error());
     sizes->round_points = *round;
-    if (const Status measured = measure_sides(*reader, *sizes); !measured)
+    if (const Status measured = measure_point_streams(*reader, *sizes); !measured)
         return fail(path, measured.error());
     if (json_path.empty()) {
         if (verbosity != command_line::Verbosity::quiet)

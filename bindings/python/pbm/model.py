@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     Buffer = Union[bytes, bytearray, memoryview, mmap.mmap, Array]  # collections.abc.Buffer came with Python 3.12
 
 _ATTRIBUTES = {"colours": 1, "materials": 2, "texture": 4, "shadows": 8, "ground": 16, "panorama": 32, "closed": 64,
-               "round_points": 128, "sides": 256}
+               "round_points": 128, "sides": 256, "offsets": 512}
 _QUALITIES = {"fast": 0, "fine": 1}
 _DEPTH_CUES = {None: 0, "eye_dome": 1, "ambient_occlusion": 2, "none": 3}
 _LIGHT_FOLLOWS = {None: 0, "eye": 1, "model": 2}

@@ -35,6 +35,7 @@ export const ATTRIBUTES: Readonly<{
     CLOSED: 64;
     ROUND_POINTS: 128;
     SIDES: 256;
+    OFFSETS: 512;
 }>;
 
 /** What every function throws, beside what a callback throws. */

@@ -18,6 +18,7 @@ export const ATTRIBUTES = Object.freeze({
     CLOSED: 64,
     ROUND_POINTS: 128,
     SIDES: 256,
+    OFFSETS: 512,
 });
 
 const LATER = 7,

@@ -2,6 +2,7 @@
 
 #include "pbm_format/checking/model_walk.h"
 #include "pbm_format/checking/raster_rules.h"
+#include "pbm_format/chunks/offset_chunk.h"
 #include "pbm_format/chunks/side_chunk.h"
 #include "pbm_format/container/content_id.h"
 #include "pbm_format/container/file_rules.h"
@@ -191,7 +192,8 @@ class FileWalk {
         }
         const std::vector<Raster> rasters = read_raster_directories();
         const Status fields = read_field_directories();
-        const Status sides = read_side_directories();
+        const std::array directories{read_stream_directories(PointStream::sides),
+                                     read_stream_directories(PointStream::offsets)};
         ModelWalk walk(file_, {.threads = options_.threads,
                                .max_memory = addressable(options_.max_memory),
                                .stops_at_fault = stops_,
@@ -212,7 +214,8 @@ class FileWalk {
         check_rasters(rasters, walk);
         if (!is_incomplete_)
             report_fields(walk, fields);
-        check_sides(sides);
+        for (std::size_t i = 0; i < directories.size(); ++i)
+            check_stream(kPointStreams[i], directories[i]);
         if (!is_incomplete_)
             check_whole(walk, rasters);
     }
@@ -243,11 +246,11 @@ class FileWalk {
         return {};
     }
 
-    // The same for the sides of points. Kinds of point streams that this version does not know are ignored.
-    Status read_side_directories() {
-        file_.side_directories.resize(file_.directories.size());
+    // The same for a kind of point stream. Kinds that this version does not know are ignored.
+    Status read_stream_directories(PointStream kind) {
+        file_.streams(kind).resize(file_.directories.size());
         for (std::uint32_t level = 1; level < file_.directories.size(); ++level) {
-            const std::uint32_t instance = instance_of(PointStream::sides, static_cast<int>(level));
+            const std::uint32_t instance = instance_of(kind, static_cast<int>(level));
             const SectionEntry *const entry = find(SectionType::stream_directory, instance);
             if (entry == nullptr)
                 continue;
@@ -260,31 +263,40 @@ class FileWalk {
                     continue;
                 return error;
             }
-            file_.side_directories[level] = std::move(directory).value();
+            file_.streams(kind)[level] = std::move(directory).value();
         }
         return {};
     }
 
-    // The sides of each chunk depend on no other.
-    void check_sides(const Status &directories) {
+    // What a stream says of a chunk depends on no other one.
+    void check_stream(PointStream kind, const Status &directories) {
         if (!directories)
             fault(directories.error(), name_at(directories.error().offset));
-        for (std::size_t level = 1; level < file_.side_directories.size(); ++level) {
-            const std::vector<PointStreamEntry> &entries = file_.side_directories[level];
+        for (std::size_t level = 1; level < file_.streams(kind).size(); ++level) {
+            const std::vector<PointStreamEntry> &entries = file_.streams(kind)[level];
             std::vector<Status> checked(entries.size());
             parallel_for(entries.size(), options_.threads, [&](std::size_t i) {
-                const ChunkRules rules{.set = parameters().attributes,
-                                       .material_count = parameters().materials.size(),
-                                       .level = static_cast<int>(level),
-                                       .finest = static_cast<int>(level) == header().depth};
-                Sides sides;
-                checked[i] = decode_sides(entries[i], stored(entries[i].range()), file_.directories[level].chunks[i],
-                                          rules, sides);
+                const ChunkEntry &chunk = file_.directories[level].chunks[i];
+                checked[i] = check_values(kind, entries[i], static_cast<int>(level), chunk);
             });
             for (std::size_t i = 0; i < checked.size(); ++i)
                 if (!checked[i])
                     fault(checked[i].error(), name_at(entries[i].offset), static_cast<std::int64_t>(i));
         }
+    }
+
+    Status check_values(PointStream kind, const PointStreamEntry &entry, int level, const ChunkEntry &chunk) const {
+        if (kind == PointStream::offsets) {
+            Offsets offsets;
+            return decode_offsets(entry, stored(entry.range()), chunk.shape.points, Wording::full, offsets);
+        }
+        Sides sides;
+        return decode_sides(entry, stored(entry.range()), chunk,
+                            {.set = parameters().attributes,
+                             .material_count = parameters().materials.size(),
+                             .level = level,
+                             .finest = level == header().depth},
+                            sides);
     }
 
     void fault_of_directory(Error error, const SectionEntry &entry) {

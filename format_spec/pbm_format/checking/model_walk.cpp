@@ -321,7 +321,8 @@ ChunkPath ModelWalk::path_to(const Walked &chunk, const Chunk &decoded, std::spa
 
 // Such a chunk has no normal cone (19.4.3).
 bool ModelWalk::has_sides(const Walked &chunk) const {
-    const std::vector<PointStreamEntry> &sides = file_.side_directories[static_cast<std::size_t>(chunk.level)];
+    const std::vector<PointStreamEntry> &sides =
+        file_.streams(PointStream::sides)[static_cast<std::size_t>(chunk.level)];
     return !sides.empty() && sides[chunk.index].raw_bytes > 0;
 }
 

@@ -20,11 +20,14 @@ struct OpenedFile {
     FileHeader header;
     std::vector<SectionEntry> sections;
     ModelParameters parameters;
-    std::vector<LevelDirectory> directories;                     // [depth + 1]; [0] is empty
-    FieldTable fields;                                           // without fields: empty
-    std::vector<FieldDirectory> field_directories;               // [depth + 1], as many as are valid
-    std::vector<std::vector<PointStreamEntry>> side_directories; // [depth + 1]; empty without sides
+    std::vector<LevelDirectory> directories;       // [depth + 1]; [0] is empty
+    FieldTable fields;                             // without fields: empty
+    std::vector<FieldDirectory> field_directories; // [depth + 1], as many as are valid
+    // [place in kPointStreams][depth + 1]; empty without values
+    std::array<std::vector<std::vector<PointStreamEntry>>, kPointStreams.size()> stream_directories;
 
+    auto &streams(PointStream kind) { return stream_directories[kind == PointStream::sides ? 0 : 1]; }
+    const auto &streams(PointStream kind) const { return stream_directories[kind == PointStream::sides ? 0 : 1]; }
     const SectionEntry &section(SectionType type, std::uint32_t instance = 0) const {
         return *find_section(sections, type, instance);
     }

@@ -1,30 +1,17 @@
 #include "pbm_format/chunks/side_chunk.h"
 
-#include "pbm_format/hashes/hash.h"
-#include "pbm_format/streams/frame.h"
+#include "pbm_format/chunks/stream_values.h"
 
 #include <algorithm>
-#include <bit>
 
 namespace pbm {
 namespace {
-
-std::uint64_t mask_bytes(std::uint64_t points) { return (points + 7) / 8; }
 
 std::uint64_t raw_bytes(std::uint64_t chunk_points, std::uint64_t marked, const AttributeSet &set, int level) {
     std::uint64_t bytes = mask_bytes(chunk_points);
     for (const StreamInfo &stream : side_streams(set))
         bytes += raw_stream_bytes(stream, set, level, 0, 2 * marked);
     return bytes;
-}
-
-// 19.4.1, but for the size
-bool read_mask(ByteView mask, std::uint32_t points, std::vector<std::uint32_t> &to) {
-    to.clear();
-    for (std::size_t byte = 0; byte < mask.size(); ++byte)
-        for (unsigned left = mask[byte]; left != 0; left &= left - 1)
-            to.push_back(static_cast<std::uint32_t>(8 * byte) + static_cast<std::uint32_t>(std::countr_zero(left)));
-    return !to.empty() && to.back() < points;
 }
 
 // Reads one stream of both sides of `to.points`.
@@ -65,18 +52,10 @@ StreamList side_streams(const AttributeSet &set) {
 }
 
 Bytes encode_sides(const Sides &sides, const ChunkEntry &entry, const AttributeSet &set, int level) {
-    const auto at = [&](std::uint64_t point) {
-        const auto found = std::lower_bound(sides.points.begin(), sides.points.end(), point);
-        return static_cast<std::size_t>(found - sides.points.begin());
-    };
-    const std::size_t first = at(entry.first_point), count = at(entry.first_point + entry.shape.points) - first;
+    const auto [first, count] = points_of(sides.points, entry);
     if (count == 0)
         return {};
-    Bytes raw(static_cast<std::size_t>(mask_bytes(entry.shape.points)), 0);
-    for (std::size_t i = first; i < first + count; ++i) {
-        const auto point = static_cast<std::size_t>(sides.points[i] - entry.first_point);
-        raw[point / 8] |= static_cast<std::uint8_t>(1U << point % 8);
-    }
+    Bytes raw = encode_mask(std::span(sides.points).subspan(first, count), entry);
     for (const StreamInfo &stream : side_streams(set)) {
         if (stream.kind == StreamKind::normal) {
             for (const std::uint16_t normal : std::span(sides.values.normals).subspan(2 * first, 2 * count)) {
@@ -96,20 +75,15 @@ Bytes encode_sides(const Sides &sides, const ChunkEntry &entry, const AttributeS
 
 Status decode_sides(const PointStreamEntry &entry, ByteView stored, const ChunkEntry &chunk, const ChunkRules &rules,
                     Sides &to) {
-    if (const std::uint64_t hash = hash64(stored); hash != entry.hash)
-        return broken(rules.wording, "19.3.1", entry.offset,
-                      "the sides of the chunk were changed: their hash does not match", hash_value(entry.hash),
-                      hash_value(hash));
     to = {};
-    if (entry.raw_bytes == 0)
+    const Result<Bytes> values = decode_stream_values(entry, stored, PointStream::sides, rules.wording);
+    if (!values)
+        return values.error();
+    if (values->empty())
         return {};
-    Bytes raw(entry.raw_bytes);
-    if (Status status = decode_frame(stored, entry.zstd, raw, entry.offset, rules.wording); !status)
-        return status;
+    const ByteView raw = *values;
     const std::uint32_t points = chunk.shape.points;
-    const bool is_mask =
-        raw.size() >= mask_bytes(points) &&
-        read_mask(ByteView(raw).first(static_cast<std::size_t>(mask_bytes(points))), points, to.points);
+    const bool is_mask = read_mask(raw, points, to.points);
     if (!is_mask || raw.size() != raw_bytes(points, to.size(), rules.set, rules.level))
         return broken(rules.wording, "19.4.1", entry.offset,
                       "the sides are not a mask of the chunk's points and the values of both sides of those it marks",
@@ -121,8 +95,7 @@ Status decode_sides(const PointStreamEntry &entry, ByteView stored, const ChunkE
     std::size_t at = static_cast<std::size_t>(mask_bytes(points));
     for (const StreamInfo &stream : side_streams(rules.set)) {
         const auto bytes = static_cast<std::size_t>(raw_stream_bytes(stream, rules.set, rules.level, 0, 2 * to.size()));
-        if (Status status = read_side_stream(stream, ByteView(raw).subspan(at, bytes), rules, entry.offset, to);
-            !status)
+        if (Status status = read_side_stream(stream, raw.subspan(at, bytes), rules, entry.offset, to); !status)
             return status;
         at += bytes;
     }

@@ -18,6 +18,7 @@
 #include "system/bytes.h"
 #include "system/error.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -28,7 +29,7 @@ namespace pbm {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'B', 'V', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
 inline constexpr std::uint16_t kMajorVersion = 1;
-inline constexpr std::uint16_t kMinorVersion = 5; // the highest that this version writes
+inline constexpr std::uint16_t kMinorVersion = 6; // the highest that this version writes
 inline constexpr std::uint32_t kEndianTag = 0x01020304;
 inline constexpr std::size_t kHeaderBytes = 128;
 inline constexpr std::size_t kSectionEntryBytes = 64;
@@ -118,8 +119,13 @@ inline bool is_known(SectionType type) { return traits_of(type) != nullptr; }
 inline bool is_raster(SectionType type) { return is_known(type) && traits_of(type)->is_raster; }
 
 // What an optional stream of points says. BVG.md 19.1; a reader ignores kinds that it does not know.
-enum class PointStream : std::uint32_t { sides = 1 };
+enum class PointStream : std::uint32_t { sides = 1, offsets = 3 };
+inline constexpr std::array kPointStreams{PointStream::sides, PointStream::offsets};
+inline std::string_view to_string(PointStream kind) { return kind == PointStream::sides ? "sides" : "offsets"; }
 inline constexpr std::uint32_t kStreamKinds = 256;
+inline bool is_known_stream(std::uint32_t instance) {
+    return std::ranges::find(kPointStreams, PointStream{instance / kStreamKinds}) != kPointStreams.end();
+}
 // The instance of the sections of a point stream for a level.
 constexpr std::uint32_t instance_of(PointStream kind, int level) {
     return kStreamKinds * static_cast<std::uint32_t>(kind) + static_cast<std::uint32_t>(level);

@@ -205,13 +205,26 @@ struct Sides {
     bool operator==(const Sides &) const = default;
 };
 
+// Where the surface lies within the voxels of some points: its distance from the centre of the voxel along the point's
+// normal. Renderers estimate the offsets of the other points from the voxels around them. BVG.md 19.6
+struct Offsets {
+    static constexpr int kSteps = 16, kMost = 14; // of a value per voxel edge; the largest
+
+    std::vector<std::uint32_t> points; // their indices within the level, ascending
+    std::vector<std::int8_t> values;   // [points] -kMost..kMost
+
+    std::size_t size() const { return points.size(); }
+    bool operator==(const Offsets &) const = default;
+};
+
 // One detail level, which is a complete grid.
 struct Level {
     Bytes masks;            // one per node of the level above
     PointAttributes points; // one record per node of this level
     // [fields][points x Field::bytes]: stored values. Empty if nobody asked for them.
     std::vector<Bytes> fields{};
-    Sides sides{}; // of those points that have some; none of level 0
+    Sides sides{};     // of those points that have some; none of level 0
+    Offsets offsets{}; // likewise
     bool operator==(const Level &) const = default;
 };
 

@@ -2,7 +2,7 @@
 #include "pbm_format/law/catalogue.h"
 #include "pbm_format/reading/field_reader.h"
 #include "pbm_format/reading/load_model.h"
-#include "pbm_format/reading/side_reader.h"
+#include "pbm_format/reading/point_stream_reader.h"
 #include "system/threads/parallel.h"
 #include "system/threads/per_thread.h"
 
@@ -104,9 +104,9 @@ Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint6
         const Result<const LevelDirectory *> directory = reader.directory(level);
         if (!directory)
             return directory.error();
-        if (const SectionEntry *const sides =
-                reader.section(SectionType::stream_values, instance_of(PointStream::sides, level)))
-            other_bytes += 2 * sides->raw_bytes;
+        for (const PointStream kind : kPointStreams)
+            if (const SectionEntry *const values = reader.section(SectionType::stream_values, instance_of(kind, level)))
+                other_bytes += 2 * values->raw_bytes;
         for (std::size_t f = 0; options.fields && f < reader.parameters().fields.size(); ++f)
             other_bytes += (*directory)->points * reader.parameters().fields[f].bytes;
     }
@@ -118,7 +118,7 @@ Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint6
         if (Status status = load_fields(reader, options.threads, *model); !status)
             return std::move(status).error();
     }
-    if (Status status = load_sides(reader, *model); !status)
+    if (Status status = load_point_streams(reader, *model); !status)
         return std::move(status).error();
     return model;
 } catch (const std::bad_alloc &) {

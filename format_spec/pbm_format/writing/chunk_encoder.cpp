@@ -2,6 +2,7 @@
 
 #include "pbm_format/chunks/chunk.h"
 #include "pbm_format/chunks/normal_cone.h"
+#include "pbm_format/chunks/offset_chunk.h"
 #include "pbm_format/chunks/side_chunk.h"
 #include "pbm_format/writing/frame_encoder.h"
 #include "pbm_format/writing/stream_filter.h"
@@ -114,9 +115,11 @@ FieldEntry encode_field(const Model &model, int level, std::size_t field, const 
     return entry;
 }
 
-PointStreamEntry encode_sides(const Model &model, int level, const ChunkCoding &coding, ChunkEntry &chunk, Bytes &out) {
-    const Bytes raw =
-        encode_sides(model.levels[static_cast<std::size_t>(level)].sides, chunk, model.parameters.attributes, level);
+PointStreamEntry encode_point_stream(const Model &model, int level, PointStream kind, const ChunkCoding &coding,
+                                     ChunkEntry &chunk, Bytes &out) {
+    const Level &here = model.levels[static_cast<std::size_t>(level)];
+    const Bytes raw = kind == PointStream::sides ? encode_sides(here.sides, chunk, model.parameters.attributes, level)
+                                                 : encode_offsets(here.offsets, chunk);
     PointStreamEntry entry{.raw_bytes = static_cast<std::uint32_t>(raw.size())};
     const std::size_t start = out.size();
     if (coding.storage == Storage::mapped || raw.empty()) {
@@ -124,7 +127,7 @@ PointStreamEntry encode_sides(const Model &model, int level, const ChunkCoding &
     } else {
         entry.zstd = append_frame(raw, coding.compression_level, out).zstd;
     }
-    if (!raw.empty())
+    if (kind == PointStream::sides && !raw.empty())
         chunk.cone = {};
     entry.stored_bytes = static_cast<std::uint32_t>(out.size() - start);
     entry.hash = hash64(ByteView(out).subspan(start));

@@ -24,8 +24,9 @@ void encode_chunk(const Model &model, int level, const ChunkCoding &coding, Chun
 FieldEntry encode_field(const Model &model, int level, std::size_t field, const ChunkEntry &chunk,
                         const ChunkCoding &coding, Bytes &out);
 
-// Appends the sides of the points of `chunk`, which has been encoded. A chunk with sides loses its normal cone. BVG.md
-// 19.4
-PointStreamEntry encode_sides(const Model &model, int level, const ChunkCoding &coding, ChunkEntry &chunk, Bytes &out);
+// Appends what a kind of point stream says of the points of `chunk`, which has been encoded. A chunk with sides loses
+// its normal cone. BVG.md 19
+PointStreamEntry encode_point_stream(const Model &model, int level, PointStream kind, const ChunkCoding &coding,
+                                     ChunkEntry &chunk, Bytes &out);
 
 } // namespace pbm

@@ -94,7 +94,8 @@ Bytes FileLayout::assemble(FileHeader header) {
         if (entry.type == SectionType::shapes)
             header.minor = std::max<std::uint16_t>(header.minor, has_tint(stored_[i]) ? 5 : 3);
         if (traits_of(entry.type)->is_point_stream)
-            header.minor = std::max<std::uint16_t>(header.minor, 4);
+            header.minor = std::max<std::uint16_t>(
+                header.minor, entry.instance / kStreamKinds == static_cast<std::uint32_t>(PointStream::sides) ? 4 : 6);
         entry.offset = (end + entry.alignment - 1) / entry.alignment * entry.alignment;
         end = entry.offset + entry.stored_bytes;
         header.raw_bytes += entry.raw_bytes;

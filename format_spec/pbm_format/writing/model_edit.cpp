@@ -98,8 +98,7 @@ Bytes with_small_sections(ByteView file, const Reader &reader, const Model &mode
         layout.add(std::move(section));
     for (const SectionEntry &entry : reader.sections()) {
         const SectionTraits *const known = traits_of(entry.type);
-        const bool is_unknown_stream = known != nullptr && known->is_point_stream &&
-                                       PointStream{entry.instance / kStreamKinds} != PointStream::sides;
+        const bool is_unknown_stream = known != nullptr && known->is_point_stream && !is_known_stream(entry.instance);
         if (known == nullptr || is_unknown_stream || (entry.type < SectionType::level_directory && !known->is_optional))
             continue;
         const ByteView stored = slice(file, entry.offset, entry.stored_bytes);

@@ -97,8 +97,8 @@ struct EncodedChunk {
     std::vector<BrickRecord> bricks; // only for mapped files
     std::vector<FieldEntry> fields;
     Bytes stored_fields;
-    PointStreamEntry sides;
-    Bytes stored_sides;
+    std::array<PointStreamEntry, kPointStreams.size()> streams; // of each kind
+    std::array<Bytes, kPointStreams.size()> stored_streams;
     std::uint32_t points = 0;
 };
 
@@ -186,32 +186,34 @@ void add_field_values(FileLayout &layout, std::span<const Field> fields, std::ui
     layout.add(entry, std::move(stored));
 }
 
-// Adds the directory of the sides of a level, if it has some, or their values. Moves the values out of `chunks`.
-bool have_sides(std::span<const EncodedChunk> chunks) {
+// Adds the directory of a kind of point stream for a level, if it says something of its points, or its values.
+// `number`: of the kind in kPointStreams. Moves the values out of `chunks`.
+bool has_stream(std::size_t number, std::span<const EncodedChunk> chunks) {
     return std::any_of(chunks.begin(), chunks.end(),
-                       [](const EncodedChunk &chunk) { return chunk.sides.raw_bytes > 0; });
+                       [&](const EncodedChunk &chunk) { return chunk.streams[number].raw_bytes > 0; });
 }
-void add_side_directory(FileLayout &layout, int level, std::span<const EncodedChunk> chunks) {
-    if (!have_sides(chunks))
+void add_stream_directory(FileLayout &layout, std::size_t number, int level, std::span<const EncodedChunk> chunks) {
+    if (!has_stream(number, chunks))
         return;
     std::vector<PointStreamEntry> entries;
     for (const EncodedChunk &chunk : chunks)
-        entries.push_back(chunk.sides);
-    layout.add(record_section(SectionType::stream_directory, instance_of(PointStream::sides, level),
+        entries.push_back(chunk.streams[number]);
+    layout.add(record_section(SectionType::stream_directory, instance_of(kPointStreams[number], level),
                               kPointStreamEntryBytes, encode_stream_directory(entries)));
 }
-void add_side_values(FileLayout &layout, int level, Storage storage, std::span<EncodedChunk> chunks) {
-    if (!have_sides(chunks))
+void add_stream_values(FileLayout &layout, std::size_t number, int level, Storage storage,
+                       std::span<EncodedChunk> chunks) {
+    if (!has_stream(number, chunks))
         return;
     SectionEntry entry{
-        .type = SectionType::stream_values, .instance = instance_of(PointStream::sides, level), .element_bytes = 0};
+        .type = SectionType::stream_values, .instance = instance_of(kPointStreams[number], level), .element_bytes = 0};
     entry.codec = storage == Storage::packed ? Codec::zstd_chunks : Codec::raw;
     Bytes stored;
     for (EncodedChunk &chunk : chunks) {
-        stored.insert(stored.end(), chunk.stored_sides.begin(), chunk.stored_sides.end());
-        free_memory(chunk.stored_sides);
+        stored.insert(stored.end(), chunk.stored_streams[number].begin(), chunk.stored_streams[number].end());
+        free_memory(chunk.stored_streams[number]);
         entry.count += chunk.points;
-        entry.raw_bytes += chunk.sides.raw_bytes;
+        entry.raw_bytes += chunk.streams[number].raw_bytes;
     }
     layout.add(entry, std::move(stored));
 }
@@ -266,7 +268,9 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) try 
         const Job &job = jobs[i];
         EncodedChunk &to = encoded[job.level][job.chunk];
         encode_chunk(model, static_cast<int>(job.level), coding, to.entry, to.stored);
-        to.sides = encode_sides(model, static_cast<int>(job.level), coding, to.entry, to.stored_sides);
+        for (std::size_t kind = 0; kind < kPointStreams.size(); ++kind)
+            to.streams[kind] = encode_point_stream(model, static_cast<int>(job.level), kPointStreams[kind], coding,
+                                                   to.entry, to.stored_streams[kind]);
         for (std::size_t f = 0; f < parameters.fields.size(); ++f)
             to.fields.push_back(
                 encode_field(model, static_cast<int>(job.level), f, to.entry, coding, to.stored_fields));
@@ -297,10 +301,12 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) try 
         add_field_directory(layout, fields.size(), static_cast<std::uint32_t>(level), encoded[level]);
     for (std::size_t level = 1; level < encoded.size() && !fields.empty(); ++level)
         add_field_values(layout, fields, static_cast<std::uint32_t>(level), options.storage, encoded[level]);
-    for (std::size_t level = 1; level < encoded.size(); ++level)
-        add_side_directory(layout, static_cast<int>(level), encoded[level]);
-    for (std::size_t level = 1; level < encoded.size(); ++level)
-        add_side_values(layout, static_cast<int>(level), options.storage, encoded[level]);
+    for (std::size_t kind = 0; kind < kPointStreams.size(); ++kind)
+        for (std::size_t level = 1; level < encoded.size(); ++level)
+            add_stream_directory(layout, kind, static_cast<int>(level), encoded[level]);
+    for (std::size_t kind = 0; kind < kPointStreams.size(); ++kind)
+        for (std::size_t level = 1; level < encoded.size(); ++level)
+            add_stream_values(layout, kind, static_cast<int>(level), options.storage, encoded[level]);
     FileHeader header;
     header.required_features = mapped ? kMappedFeature : 0;
     header.optional_features = model.parameters.closed ? kClosedFeature : 0;

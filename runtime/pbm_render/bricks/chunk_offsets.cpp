@@ -1,8 +1,42 @@
 #include "pbm_render/bricks/chunk_offsets.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace pbm {
+
+namespace {
+
+// [value + Offsets::kMost]: as SurfaceOffsets writes it.
+constexpr std::array<std::int8_t, 2 *Offsets::kMost + 1> kStoredSteps = [] {
+    std::array<std::int8_t, 2 * Offsets::kMost + 1> steps{};
+    for (int value = 0; value <= Offsets::kMost; ++value) {
+        const int half = static_cast<int>(static_cast<float>(value) / Offsets::kSteps * kOffsetSteps / 2 + 0.5F);
+        const auto even = static_cast<std::int8_t>(2 * std::min(half, 63));
+        steps[static_cast<std::size_t>(Offsets::kMost + value)] = even;
+        steps[static_cast<std::size_t>(Offsets::kMost - value)] = static_cast<std::int8_t>(-even);
+    }
+    return steps;
+}();
+
+} // namespace
+
+void ChunkOffsets::set_stored(const Offsets &stored, const ChunkView &chunk) {
+    stored_.assign(chunk.normals.size(), kEstimated);
+    for (std::size_t i = 0; i < stored.size(); ++i)
+        if (chunk.normals[stored.points[i]] <= kNormalIndexMask)
+            stored_[stored.points[i]] = kStoredSteps[static_cast<std::size_t>(stored.values[i] + Offsets::kMost)];
+}
+
+// A point stays redundant if the surface lies as deep as SurfaceOffsets asks for.
+void ChunkOffsets::take_stored(std::size_t first_point, std::size_t count, BrickOffsets &to) const {
+    constexpr auto kRedundant = static_cast<std::int8_t>(-kRedundantDepth * kOffsetSteps);
+    const std::int8_t *const stored = stored_.data() + first_point;
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto mark = static_cast<std::int8_t>(stored[i] <= kRedundant ? to.steps[i] & kRedundantBit : 0);
+        to.steps[i] = stored[i] == kEstimated ? to.steps[i] : static_cast<std::int8_t>(stored[i] | mark);
+    }
+}
 
 void ChunkOffsets::begin(const ChunkView &chunk) const {
     const std::lock_guard lock(mutex_);
@@ -28,10 +62,13 @@ void ChunkOffsets::estimate(const ChunkView &chunk, std::span<const VisibleBrick
 const std::int8_t *ChunkOffsets::estimate(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &memory) const {
     memory.steps.fill(0);
     surface_.estimate(chunk, brick, memory);
+    const std::size_t before = surface_.points_before(brick), count = surface_.points_before(brick + 1) - before;
+    if (!stored_.empty())
+        take_stored(before, count, memory);
     // Of several threads that estimate the brick at once, one keeps the offsets.
     if (auto expected = kUnknown; starts_[brick].compare_exchange_strong(expected, kEstimating)) {
-        const std::size_t before = surface_.points_before(brick), start = before + brick * kPadding;
-        std::copy_n(memory.steps.begin(), surface_.points_before(brick + 1) - before, offsets_.data() + start);
+        const std::size_t start = before + brick * kPadding;
+        std::copy_n(memory.steps.begin(), count, offsets_.data() + start);
         starts_[brick].store(static_cast<std::uint32_t>(start), std::memory_order_release);
     }
     return memory.steps.data();

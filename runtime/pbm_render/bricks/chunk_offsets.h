@@ -15,6 +15,9 @@ namespace pbm {
 // Estimates offsets brick by brick, when a picture needs them, and keeps them.
 class ChunkOffsets {
   public:
+    // The offsets of the file, which take the place of estimates: BVG.md 19.6. Those of points that are two-sided or
+    // have sides mean nothing. Call this before everything else.
+    void set_stored(const Offsets &stored, const ChunkView &chunk);
     // Estimates the offsets of the bricks in `seen` that face the eye, in their order in memory. Most other bricks are
     // hidden behind nearer points; `read` estimates the offsets of those that are not. Call this before `read`, with
     // the same chunk. Several threads may call both at once.
@@ -30,9 +33,10 @@ class ChunkOffsets {
         return start < kEstimating ? offsets_.data() + start : estimate(chunk, brick, memory);
     }
 
-    // Upper bound of the memory that the offsets of a chunk of this shape take, bytes.
-    static std::uint64_t memory_of(const ChunkShape &shape) {
-        return shape.points + shape.bricks * (kPadding + sizeof(std::uint32_t)) + SurfaceOffsets::memory_of(shape);
+    // Upper bound of the memory that the offsets of a chunk of this shape take, bytes. `has_stored`: the file has some.
+    static std::uint64_t memory_of(const ChunkShape &shape, bool has_stored = false) {
+        return (has_stored ? 2 : 1) * std::uint64_t{shape.points} + shape.bricks * (kPadding + sizeof(std::uint32_t)) +
+               SurfaceOffsets::memory_of(shape);
     }
 
   private:
@@ -41,10 +45,15 @@ class ChunkOffsets {
     // Values in starts_ of bricks whose offsets are not kept: a thread estimates them, or none does.
     static constexpr std::uint32_t kEstimating = 0xFFFFFFFE, kUnknown = 0xFFFFFFFF;
 
+    // Where the file has no offset.
+    static constexpr std::int8_t kEstimated = -128;
+
     void begin(const ChunkView &chunk) const;
+    void take_stored(std::size_t first_point, std::size_t count, BrickOffsets &to) const;
     const std::int8_t *estimate(const ChunkView &chunk, std::uint32_t brick, BrickOffsets &memory) const;
 
-    mutable std::mutex mutex_; // of `begin`
+    std::vector<std::int8_t> stored_; // [points] as SurfaceOffsets writes them, or kEstimated; empty: none
+    mutable std::mutex mutex_;        // of `begin`
     mutable bool has_begun_ = false;
     mutable SurfaceOffsets surface_;
     mutable std::vector<std::int8_t> offsets_;               // of the bricks, each padded

@@ -58,7 +58,8 @@ void index_heights(const FieldColours &colours, const ChunkView &chunk, int leve
 } // namespace
 
 ChunkLoader::ChunkLoader(const Reader &reader, const FieldColours *colours, const HiddenClasses *hidden)
-    : reader_(reader), sides_(reader), root_(reader.root_chunk()), colours_(colours), hidden_(hidden) {
+    : reader_(reader), sides_(reader, PointStream::sides), offsets_(reader, PointStream::offsets),
+      root_(reader.root_chunk()), colours_(colours), hidden_(hidden) {
     if (colours_ != nullptr && colours_->basis == ColourBasis::field)
         read_fields_.push_back(colours_->field);
     if (hidden_ != nullptr && (read_fields_.empty() || read_fields_.front() != hidden_->field))
@@ -72,11 +73,14 @@ ChunkLoader::ChunkLoader(const Reader &reader, const FieldColours *colours, cons
 Status ChunkLoader::begin_level(const LevelDirectory &level) {
     if (Status read = sides_.read_directory(level); !read)
         return read;
+    if (Status read = offsets_.read_directory(level); !read)
+        return read;
     return fields_ ? fields_->read_directory(level) : Status();
 }
 
 std::vector<FileRange> ChunkLoader::directories_wanted(int level) const {
-    std::vector<FileRange> wanted{reader_.directory_range(level), sides_.directory_range(level)};
+    std::vector<FileRange> wanted{reader_.directory_range(level), sides_.directory_range(level),
+                                  offsets_.directory_range(level)};
     if (fields_)
         wanted.push_back(fields_->directory_range(level));
     std::erase_if(wanted, [&](FileRange range) { return reader_.source().has(range); });
@@ -143,6 +147,17 @@ Status ChunkLoader::load_sides(const ChunkTask &task, ResidentChunk &to) const {
     return {};
 }
 
+Status ChunkLoader::load_offsets(const ChunkTask &task, ResidentChunk &to) const {
+    const auto [level, index] = task.place;
+    if (offsets_.entry(level, index).raw_bytes == 0)
+        return {};
+    Offsets offsets;
+    if (Status status = offsets_.load(level, index, *task.entry, task.bytes.offsets.bytes, offsets); !status)
+        return status;
+    to.offsets.set_stored(offsets, to.view);
+    return {};
+}
+
 // Gives the second sides what `colour` gives the points.
 void ChunkLoader::colour_second_sides(ResidentChunk &to) const {
     if (to.sides == nullptr || to.field_colours.empty())
@@ -199,6 +214,8 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
     }
     if (Status status = load_sides(task, *chunk); !status)
         return std::move(status).error();
+    if (Status status = load_offsets(task, *chunk); !status)
+        return std::move(status).error();
     if (Status status = load_fields(task, *chunk); !status)
         return std::move(status).error();
     colour(task.place.level, *chunk);
@@ -230,7 +247,8 @@ std::uint64_t ChunkLoader::memory_of(ChunkPlace place, const ChunkEntry &entry) 
     const AttributeSet &set = reader_.parameters().attributes;
     const ChunkShape &shape = entry.shape;
     const std::uint64_t sides = ChunkSides::memory_of(entry, set, sides_.entry(level, place.index).raw_bytes);
-    const std::uint64_t offsets = sides + ChunkOffsets::memory_of(shape) + added_bytes() * shape.points;
+    const bool has_offsets = offsets_.entry(level, place.index).raw_bytes > 0;
+    const std::uint64_t offsets = sides + ChunkOffsets::memory_of(shape, has_offsets) + added_bytes() * shape.points;
     if (is_mapped()) // the bytes of a whole file take no memory
         return offsets + (reader_.source().is_whole() ? 0 : bytes_read_by(entry));
     LevelDirectory alone{.level = level, .chunks = {}, .points = shape.points, .nodes = shape.nodes};
@@ -246,9 +264,10 @@ std::uint64_t ChunkLoader::memory_of(ChunkPlace place, const ChunkEntry &entry) 
 std::optional<StoredChunk> ChunkLoader::bytes_of(ChunkPlace place) const {
     std::optional<ChunkBytes> chunk = reader_.chunk_bytes(place.level, place.index);
     std::optional<HeldBytes> sides = reader_.source().view(sides_.entry(place.level, place.index).range());
-    if (!chunk || !sides)
+    std::optional<HeldBytes> offsets = reader_.source().view(offsets_.entry(place.level, place.index).range());
+    if (!chunk || !sides || !offsets)
         return std::nullopt;
-    StoredChunk stored{std::move(*chunk), {}, std::move(*sides)};
+    StoredChunk stored{std::move(*chunk), {}, std::move(*sides), std::move(*offsets)};
     for (std::size_t read = 0; read < read_fields_.size(); ++read) {
         std::optional<HeldBytes> field = reader_.source().view(field_range(place, read));
         if (!field)
@@ -258,12 +277,12 @@ std::optional<StoredChunk> ChunkLoader::bytes_of(ChunkPlace place) const {
     return stored;
 }
 
-std::array<FileRange, 3 + kReadFields> ChunkLoader::ranges_of(ChunkPlace place) const {
-    std::array<FileRange, 3 + kReadFields> ranges{reader_.chunk_range(place.level, place.index),
-                                                  reader_.brick_range(place.level, place.index),
-                                                  sides_.entry(place.level, place.index).range()};
+std::array<FileRange, 4 + kReadFields> ChunkLoader::ranges_of(ChunkPlace place) const {
+    std::array<FileRange, 4 + kReadFields> ranges{
+        reader_.chunk_range(place.level, place.index), reader_.brick_range(place.level, place.index),
+        sides_.entry(place.level, place.index).range(), offsets_.entry(place.level, place.index).range()};
     for (std::size_t read = 0; read < read_fields_.size(); ++read)
-        ranges[3 + read] = field_range(place, read);
+        ranges[4 + read] = field_range(place, read);
     return ranges;
 }
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "pbm_format/reading/field_reader.h"
+#include "pbm_format/reading/point_stream_reader.h"
 #include "pbm_format/reading/reader.h"
-#include "pbm_format/reading/side_reader.h"
 #include "pbm_render/appearance/field_colours.h"
 #include "pbm_render/appearance/hidden_classes.h"
 #include "pbm_render/bricks/frame_geometry.h"
@@ -18,7 +18,7 @@ using FramePointer = std::shared_ptr<const FrameGeometry>;
 // The stored bytes of a chunk.
 struct StoredChunk : ChunkBytes {
     std::array<HeldBytes, kReadFields> fields;
-    HeldBytes sides;
+    HeldBytes sides, offsets;
 };
 
 struct ChunkTask {
@@ -75,17 +75,18 @@ class ChunkLoader {
     void colour(int level, ResidentChunk &to) const;
     void mark(int level, ResidentChunk &to) const;
     Status load_sides(const ChunkTask &task, ResidentChunk &to) const;
+    Status load_offsets(const ChunkTask &task, ResidentChunk &to) const;
     void colour_second_sides(ResidentChunk &to) const;
     // Bytes of a point beside its streams: stored values of fields, colours, marks.
     std::uint64_t added_bytes() const;
     FileRange field_range(ChunkPlace place, std::size_t read) const {
         return fields_->entry(place.level, place.index, read_fields_[read]).range();
     }
-    // Of its streams, its bricks, its sides and its fields; no bytes where there are none.
-    std::array<FileRange, 3 + kReadFields> ranges_of(ChunkPlace place) const;
+    // Of its streams, its bricks, its sides, its offsets and its fields; no bytes where there are none.
+    std::array<FileRange, 4 + kReadFields> ranges_of(ChunkPlace place) const;
 
     const Reader &reader_;
-    SideReader sides_;
+    PointStreamReader sides_, offsets_;
     const Chunk root_; // the parent of level 1
     const FieldColours *colours_;
     const HiddenClasses *hidden_;

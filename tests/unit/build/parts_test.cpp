@@ -122,6 +122,8 @@ Part numbered_part(MortonCode first, std::size_t points, const AttributeSet &set
         voxels.fields.emplace_back(points * part.parameters.fields[f].bytes, static_cast<std::uint8_t>(f + first));
     if (points > 2)
         voxels.made = {voxels.codes[0], voxels.codes[2]};
+    for (std::size_t i = 0; i < points; ++i)
+        voxels.offsets.push_back(i % 3 == 0 ? kNoOffset : static_cast<std::int8_t>(static_cast<int>(i % 29) - 14));
     for (std::size_t i = 1; i < points; i += 4) {
         voxels.sides.codes.push_back(voxels.codes[i]);
         voxels.sides.values.resize(2 * voxels.sides.codes.size(), set);
@@ -145,6 +147,7 @@ void expect_same(const Voxels &a, const Voxels &b) {
     EXPECT_EQ(a.points, b.points);
     EXPECT_EQ(a.fields, b.fields);
     EXPECT_EQ(a.made, b.made);
+    EXPECT_EQ(a.offsets, b.offsets);
     EXPECT_EQ(a.sides.codes, b.sides.codes);
     EXPECT_EQ(a.sides.values, b.sides.values);
 }
@@ -159,6 +162,7 @@ TEST(Parts, JoinedPartsAreTheWhole) {
                       from.begin() + static_cast<std::ptrdiff_t>(last * width));
         };
         cut(whole.voxels.codes, part.voxels.codes, 1);
+        cut(whole.voxels.offsets, part.voxels.offsets, 1);
         for_columns(
             set, [&](const StreamInfo &, std::size_t width, const auto &from, auto &to) { cut(from, to, width); },
             whole.voxels.points, part.voxels.points);

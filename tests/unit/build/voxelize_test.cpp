@@ -378,7 +378,7 @@ TEST(Voxelize, IsCancelledBetweenItsBuckets) {
     const itimerval once{.it_interval = {}, .it_value = {.tv_sec = 0, .tv_usec = 1000}};
     ASSERT_EQ(::setitimer(ITIMER_VIRTUAL, &once, nullptr), 0);
     const CancellationScope scope(&has_computed);
-    EXPECT_THROW(voxelize(sampler, hits, hits.all_buckets(), {}, {}, 1), Cancelled);
+    EXPECT_THROW(voxelize(sampler, hits, hits.all_buckets(), {}, {}, false, 1), Cancelled);
     EXPECT_GT(hits.size(), 0U) << "all buckets were taken before";
     std::signal(SIGVTALRM, SIG_DFL);
 }

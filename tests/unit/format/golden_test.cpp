@@ -61,6 +61,11 @@ std::string decoded_hash(const Model &model) {
             hash.add(field);
     for (const Level &level : model.levels)
         add_sides(level.sides, hash);
+    for (const Level &level : model.levels) {
+        const Offsets &offsets = level.offsets;
+        hash.add({reinterpret_cast<const std::uint8_t *>(offsets.points.data()), sizeof(std::uint32_t) * offsets.size()});
+        hash.add({reinterpret_cast<const std::uint8_t *>(offsets.values.data()), offsets.size()});
+    }
     return hex(hash.finish());
 }
 
@@ -93,13 +98,15 @@ void expect_contents(const std::filesystem::path &path, const Json &expected) {
         EXPECT_EQ(value_of(reader->directory(level))->chunks.size(), chunks[static_cast<std::size_t>(level) - 1])
             << path;
     const Model model = value_of(load_model(*reader, {.threads = 1, .fields = true}));
-    std::vector<std::size_t> points, sides;
+    std::vector<std::size_t> points, sides, offsets;
     for (const Level &level : model.levels) {
         points.push_back(level.points.size());
         sides.push_back(level.sides.size());
+        offsets.push_back(level.offsets.size());
     }
     EXPECT_EQ(points, expected.at("levels").get<std::vector<std::size_t>>()) << path;
     EXPECT_EQ(sides, expected.value("sides", std::vector<std::size_t>(sides.size()))) << path;
+    EXPECT_EQ(offsets, expected.value("offsets", std::vector<std::size_t>(offsets.size()))) << path;
     EXPECT_EQ(decoded_hash(model), expected.at("decoded").get<std::string>()) << path;
 }
 

@@ -2,7 +2,7 @@
 // levels get theirs. BVG.md 19
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/reading/load_model.h"
-#include "pbm_format/reading/side_reader.h"
+#include "pbm_format/reading/point_stream_reader.h"
 #include "pbm_format/writing/model_edit.h"
 #include "pbm_format/writing/writer.h"
 #include "unit/support/file_editor.h"
@@ -111,7 +111,7 @@ TEST(Sides, AnEditLeavesUnknownPointStreamsOut) {
     for (const SectionType type : {SectionType::stream_directory, SectionType::stream_values})
         for (int level = 1; level <= kDepth; ++level)
             unknown.set<std::uint32_t>(unknown.entry(type, instance_of(PointStream::sides, level)) + 8,
-                                       2 * kStreamKinds + static_cast<std::uint32_t>(level));
+                                       2 * kStreamKinds + static_cast<std::uint32_t>(level)); // has no meaning
     unknown.repair();
     EXPECT_TRUE(validate(unknown.bytes()).valid());
     const Reader before = value_of(Reader::open(unknown.bytes()));

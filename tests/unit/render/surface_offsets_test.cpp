@@ -1,6 +1,7 @@
 // Surface offsets: against their definition, on a ball, and in the outlines of pictures.
 #include "pbm_surface/surface_offsets.h"
 
+#include "pbm_render/detail/streamed_model.h"
 #include "pbm_render/fine/fine_renderer.h"
 #include "unit/render/fast_test_model.h"
 #include "unit/support/value_of.h"
@@ -256,6 +257,72 @@ TEST(ChunkOffsets, MayBeAskedForBySeveralThreadsAtOnce) {
     const std::vector<std::int8_t> expected = whole.offsets();
     for (const std::vector<std::int8_t> &all : read)
         EXPECT_EQ(all, expected);
+}
+
+// The offsets of a file take the place of estimates, but not at points that show both sides.
+TEST(ChunkOffsets, OfTheFileReplaceEstimates) {
+    Model model = smooth_ball(kDepth, {});
+    std::vector<std::uint16_t> &normals = model.levels.back().points.normals;
+    for (std::size_t i = 0; i < normals.size(); i += 7)
+        normals[i] |= kTwoSidedBit;
+    const test::DrawnModel drawn(std::move(model), kDefaultChunkPoints);
+    const test::WholeLevel whole(drawn.file, kDepth);
+    const ChunkView &chunk = *whole.runs.front().chunk;
+    const std::vector<std::int8_t> estimated = whole.offsets();
+    Offsets stored;
+    for (std::uint32_t i = 0; i < chunk.normals.size(); i += 3) {
+        stored.points.push_back(i);
+        stored.values.push_back(static_cast<std::int8_t>(static_cast<int>(i) % 29 - Offsets::kMost));
+    }
+    ChunkOffsets offsets;
+    offsets.set_stored(stored, chunk);
+    offsets.estimate(chunk, seen_bricks(0, 2, chunk.bricks.size(), true));
+    const std::vector<std::int8_t> all = read_all(offsets, chunk);
+    std::size_t redundant = 0;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        if (i % 3 != 0 || i % 7 == 0) {
+            EXPECT_EQ(all[i], estimated[i]) << i;
+            continue;
+        }
+        const float value = static_cast<float>(stored.values[i / 3]) / Offsets::kSteps;
+        EXPECT_NEAR(offset_of(all[i]), value, 0.008) << i;
+        const bool is_redundant = (all[i] & kRedundantBit) != 0;
+        redundant += is_redundant ? 1 : 0;
+        EXPECT_EQ(is_redundant, (estimated[i] & kRedundantBit) != 0 && value <= -kRedundantDepth) << i;
+    }
+    EXPECT_GT(redundant, 0U);
+}
+
+// Offsets that a file has are those of its pictures, in both storage profiles.
+TEST(ChunkOffsets, OfTheFileMoveWhatPicturesShow) {
+    Model model = smooth_ball(kDepth, {});
+    const auto depth_with = [&](int value, Storage storage, auto renderer) {
+        Offsets &offsets = model.levels.back().offsets;
+        offsets = {};
+        for (std::uint32_t i = 0; i < model.point_count() && value != 0; ++i) {
+            offsets.points.push_back(i);
+            offsets.values.push_back(static_cast<std::int8_t>(value));
+        }
+        const Bytes file = value_of(encode_model(model, {.storage = storage, .threads = 1}));
+        StreamedModel streamed(value_of(Reader::open(file)));
+        constexpr int kSize = 128;
+        const Camera camera = test::camera_at_ball(kDepth, 2, kSize, {0, 0, 1});
+        const Detail detail = value_of(
+            streamed.load({.camera = camera, .width = kSize, .height = kSize, .max_error = 0.01, .finest = kDepth}));
+        Framebuffer picture(kSize, kSize);
+        renderer(detail.runs, camera, picture);
+        return static_cast<double>(picture.depth[kSize * kSize / 2 + kSize / 2]) / model.parameters.grid.voxel_size;
+    };
+    const auto fast = [&](const auto &runs, const Camera &camera, Framebuffer &to) {
+        FastRenderer(model.parameters, kDefaultChunkPoints, 1).render(runs, camera, {}, to);
+    };
+    const auto fine = [&](const auto &runs, const Camera &camera, Framebuffer &to) {
+        FineRenderer(model.parameters, kDefaultChunkPoints, 1).render(runs, camera, {}, to);
+    };
+    for (const Storage storage : {Storage::packed, Storage::mapped}) {
+        EXPECT_NEAR(depth_with(-12, storage, fast) - depth_with(12, storage, fast), 1.5, 0.2);
+        EXPECT_NEAR(depth_with(-12, storage, fine) - depth_with(12, storage, fine), 1.5, 0.2);
+    }
 }
 
 // Pictures do not depend on which bricks wait: views from the back show first what a view from the front has hidden.

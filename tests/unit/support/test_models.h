@@ -85,6 +85,19 @@ inline void add_fields(Model &model) {
     average_fields(model, 1);
 }
 
+// Gives every third point of the levels above 0 any offset, all points of level 1.
+inline void add_offsets(Model &model) {
+    Random random(9);
+    for (std::size_t level = 1; level < model.levels.size(); ++level) {
+        Offsets &offsets = model.levels[level].offsets;
+        for (std::uint32_t i = 0; i < model.levels[level].points.size(); i += level == 1 ? 1 : 3) {
+            offsets.points.push_back(i);
+            offsets.values.push_back(static_cast<std::int8_t>(
+                static_cast<int>(random.below(2 * Offsets::kMost + 1)) - Offsets::kMost));
+        }
+    }
+}
+
 // Gives every third point of the levels above 0 two sides of any values, all points of level 1.
 inline void add_sides(Model &model) {
     Random random(8);

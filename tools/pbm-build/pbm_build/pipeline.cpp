@@ -5,6 +5,7 @@
 #include "pbm_build/radii/splat_radius.h"
 #include "pbm_build/upsampling/upsample.h"
 #include "pbm_build/voxels/sample_points.h"
+#include "pbm_build/voxels/stored_offsets.h"
 #include "pbm_build/voxels/voxelize.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_scan/surface/refusal.h"
@@ -66,6 +67,11 @@ void report_made_points(const Surface &surface, const BuildOptions &options, Bui
                               counted(static_cast<std::uint64_t>(*options.upsample), "voxel"));
 }
 
+// Whether the depth of the grid follows from the surface, and may be decremented.
+bool chooses_depth(const BuildOptions &options) {
+    return !options.grid.depth && !options.grid.voxel_size && !options.grid.like;
+}
+
 // Fills gaps, samples and voxelizes a part of the points at the depth of the grid. If the user set no depth, decrements
 // it until the number of points is within max_points and that of samples within max_samples; a part of several knows
 // only its own numbers, so it fails instead.
@@ -76,11 +82,12 @@ Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const
     std::vector<TexturePyramid> images;
     if (!surface.textures.empty())
         images = run.clock.run("images", [&] { return make_pyramids(surface, options.threads); });
-    const bool depth_is_free = !options.grid.depth && !options.grid.voxel_size && !options.grid.like;
+    // A model of a chosen depth is for pictures of the whole screen, where the error of an estimated offset is visible.
+    const bool with_offsets = chooses_depth(options) && surface.point_count() == 0;
     const int first_depth = grid.depth;
     const std::size_t given = surface.positions.size();
     for (;; grid.depth -= 1, grid.voxel_size *= 2) {
-        const bool may_be_coarser = depth_is_free && grid.depth > kMinBuildDepth;
+        const bool may_be_coarser = chooses_depth(options) && grid.depth > kMinBuildDepth;
         if (Status checked = check_hit_count(surface, scan.bounds, grid, options); !checked) {
             if (may_be_coarser)
                 continue;
@@ -105,8 +112,9 @@ Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const
         if (!sampled)
             return sampled.error();
         run.statistics.samples = hits.size();
-        Voxels voxels = run.clock.run(
-            "voxelize", [&] { return voxelize(sampler, hits, range, scan.set, scan.fields, options.threads); });
+        Voxels voxels = run.clock.run("voxelize", [&] {
+            return voxelize(sampler, hits, range, scan.set, scan.fields, with_offsets, options.threads);
+        });
         voxels.made = std::move(*filled);
         if (part.count > 1) {
             const int local_bits = hits.local_bits();
@@ -231,10 +239,15 @@ Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &ru
         return added.error();
     if (Status allowed = refuse_denied(statistics, run.options.denied); !allowed)
         return allowed.error();
+    Offsets offsets;
+    if (!voxels.offsets.empty())
+        offsets = run.clock.run("surface offsets", [&] { return choose_offsets(voxels, grid.depth, threads); });
+    free_memory(voxels.offsets);
     run.clock.run("detail levels", [&] {
         Sides sides = settle_sides(voxels, model.parameters.attributes);
         set_levels(model, std::move(voxels.codes), std::move(voxels.points), threads, std::move(voxels.fields));
         model.levels.back().sides = std::move(sides);
+        model.levels.back().offsets = std::move(offsets);
         // The normals of round points mean nothing.
         if (std::none_of(model.parameters.materials.begin(), model.parameters.materials.end(), is_round))
             gather_sides(model, threads);

@@ -24,6 +24,7 @@ Part join(std::vector<Part> parts) {
     for (std::size_t i = 1; i < parts.size(); ++i) {
         Voxels &voxels = parts[i].voxels;
         append(all.codes, voxels.codes);
+        append(all.offsets, voxels.offsets);
         for_columns(
             set, [&](const StreamInfo &, std::size_t, auto &to, auto &from) { append(to, from); }, all.points,
             voxels.points);

@@ -213,6 +213,8 @@ Status read_voxels(PartReader &in, const ModelParameters &parameters, std::uint6
                 in.next(column, 2 * sides.codes.size() * width);
         },
         sides.values);
+    const ByteView offsets = in.next();
+    voxels.offsets.assign(offsets.begin(), offsets.end());
     const ByteView made = in.next();
     voxels.made.resize(made.size() / sizeof(MortonCode));
     std::copy_n(made.begin(), voxels.made.size() * sizeof(MortonCode),
@@ -223,6 +225,9 @@ Status read_voxels(PartReader &in, const ModelParameters &parameters, std::uint6
     };
     const bool is_right =
         have_materials(voxels.points.materials) && have_materials(sides.values.materials) &&
+        (offsets.empty() || offsets.size() == points) &&
+        std::all_of(voxels.offsets.begin(), voxels.offsets.end(),
+                    [](std::int8_t offset) { return offset == kNoOffset || std::abs(offset) <= Offsets::kMost; }) &&
         std::includes(voxels.codes.begin(), voxels.codes.end(), sides.codes.begin(), sides.codes.end());
     return in.ok() && in.is_at_end() && is_right ? Status() : Status(damaged());
 }
@@ -275,6 +280,7 @@ Status write_part(const std::string &path, const PartName &name, const Part &par
                 out.add(bytes_of_values(column));
         },
         voxels.sides.values);
+    out.add(bytes_of_values(voxels.offsets));
     out.add(bytes_of_values(voxels.made));
     return out.finish();
 }

@@ -2,6 +2,7 @@
 
 #include "pbm_build/images/surface_looks.h"
 #include "pbm_build/lattice/lattice_triangle.h"
+#include "pbm_build/voxels/triangle_voxels.h"
 
 #include <glm/geometric.hpp>
 
@@ -156,6 +157,27 @@ void SampleCursor::take_fields(std::size_t row, SampleRows &rows) const {
     }
 }
 
+void SampleCursor::take_place(const glm::dvec3 &block_centre, std::size_t row, SampleRows &rows, Places places) const {
+    const PlaceInBlock voxel = rows.mixed.places[row];
+    const glm::dvec3 centre = block_centre + glm::dvec3(voxel & 255, voxel >> 8 & 255, voxel >> 16);
+    const auto &weights = rows.mixed.weights;
+    glm::dvec3 from_centre(0);
+    for (std::size_t c = 0; c < 3; ++c)
+        from_centre += weights[c][row] * (triangle_.corners[c] - centre);
+    double weight = 1;
+    if (places == Places::pieces) {
+        const TrianglePiece piece = piece_in_voxel(
+            {triangle_.corners[0] - centre, triangle_.corners[1] - centre, triangle_.corners[2] - centre});
+        weight = std::floor(piece.area * kPlaceSteps + 0.5);
+        from_centre = piece.centroid;
+    }
+    SamplePlace &to = rows.places[row];
+    for (int axis = 0; axis < 3; ++axis)
+        to.from_centre[static_cast<std::size_t>(axis)] =
+            static_cast<std::int32_t>(std::floor(from_centre[axis] * kPlaceSteps + 0.5));
+    to.weight = static_cast<std::int32_t>(weight);
+}
+
 // The colour of the image, times that of the corners where it is tinted.
 void SampleCursor::take_image_colour(std::size_t row, SampleRows &rows) const {
     const auto &weights = rows.mixed.weights;
@@ -220,8 +242,8 @@ void SampleCursor::take_look(std::size_t row, SampleRows &rows) const {
     rows.rest[row].material = sampler_.surface_.material_of_cell[look_cell(look)];
 }
 
-void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end,
-                                 SampleRows &rows) const {
+void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t first, std::size_t end, SampleRows &rows,
+                                 Places places) const {
     triangle_.mix(block_centre, first, end, rows.mixed);
     for (std::size_t row = first; row < end; ++row)
         rows.rest[row] = rest_;
@@ -231,6 +253,8 @@ void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t fir
         take_relief(row, rows);
     for (std::size_t row = first; row < end && !rows.fields.empty(); ++row)
         take_fields(row, rows);
+    for (std::size_t row = first; row < end && places != Places::none; ++row)
+        take_place(block_centre, row, rows, places);
     for (std::size_t row = first; row < end && mixed_materials_; ++row) {
         const auto &weights = rows.mixed.weights;
         const std::array<double, 3> of_corners{weights[0][row], weights[1][row], weights[2][row]};
@@ -241,7 +265,7 @@ void SampleCursor::take_triangle(const glm::dvec3 &block_centre, std::size_t fir
         take_look(row, rows);
 }
 
-void SampleCursor::take(std::span<const Hit> hits, const glm::ivec3 &block, SampleRows &rows) {
+void SampleCursor::take(std::span<const Hit> hits, const glm::ivec3 &block, SampleRows &rows, Places places) {
     const glm::dvec3 block_centre = glm::dvec3(block) + 0.5;
     for (std::size_t first = 0, end; first < hits.size(); first = end) {
         const std::uint32_t source = source_of(hits[first]);
@@ -256,7 +280,7 @@ void SampleCursor::take(std::span<const Hit> hits, const glm::ivec3 &block, Samp
             load(source);
             source_ = source;
         }
-        take_triangle(block_centre, first, end, rows);
+        take_triangle(block_centre, first, end, rows, places);
     }
     rows.mixed.normals.round(hits.size());
 }

@@ -6,12 +6,14 @@
 
 #include "pbm_format/model/octree.h"
 
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace pbm::build {
 
@@ -101,6 +103,44 @@ template <class Corner> CoordinateRange range_of(const Outline<Corner> &outline,
     for (std::size_t i = 0; i < outline.size; ++i)
         range.add(outline.corners[i].*axis);
     return range;
+}
+
+// The part of a triangle in one voxel.
+struct TrianglePiece {
+    double area = 0;       // voxel edges^2
+    glm::dvec3 centroid{}; // from the centre of the voxel, voxel edges; of no area: not set
+};
+
+// `corners` from the centre of the voxel, voxel edges.
+inline TrianglePiece piece_in_voxel(const std::array<glm::dvec3, 3> &corners) {
+    Outline<glm::dvec3> outlines[2];
+    Outline<glm::dvec3> *from = &outlines[0], *to = &outlines[1];
+    for (const glm::dvec3 &corner : corners)
+        from->add(corner);
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double side : {-1.0, 1.0}) {
+            to->size = 0;
+            for (std::size_t i = 0; i < from->size; ++i) {
+                const glm::dvec3 &p = from->corners[i], &q = from->corners[i + 1 == from->size ? 0 : i + 1];
+                const double p_out = side * p[axis] - 0.5, q_out = side * q[axis] - 0.5;
+                if (p_out <= 0)
+                    to->add(p);
+                if ((p_out < 0 && q_out > 0) || (p_out > 0 && q_out < 0))
+                    to->add(p + (q - p) * (p_out / (p_out - q_out)));
+            }
+            std::swap(from, to);
+        }
+    TrianglePiece piece;
+    glm::dvec3 sum(0);
+    for (std::size_t i = 2; i < from->size; ++i) {
+        const glm::dvec3 &a = from->corners[0], &b = from->corners[i - 1], &c = from->corners[i];
+        const double area = glm::length(glm::cross(b - a, c - a)) / 2;
+        piece.area += area;
+        sum += (a + b + c) * (area / 3);
+    }
+    if (piece.area > 0)
+        piece.centroid = sum / piece.area;
+    return piece;
 }
 
 // One coordinate of a Morton code whose two others are zero.

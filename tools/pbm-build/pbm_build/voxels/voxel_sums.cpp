@@ -6,8 +6,9 @@ namespace pbm::build {
 namespace {
 
 constexpr double kMayBeWall = 0.75; // of |sum of normals| over its maximum
-constexpr double kOneWay = 0.5;     // the same, of a side
-constexpr double kOpposite = -0.5;  // cosine between two sides
+constexpr double kBent = 0.98;
+constexpr double kOneWay = 0.5;    // the same, of a side
+constexpr double kOpposite = -0.5; // cosine between two sides
 constexpr std::uint64_t kLeastShare = 8;
 
 glm::dvec3 normal_of(const VoxelSums &sums) { return {sums.normal[0], sums.normal[1], sums.normal[2]}; }
@@ -27,6 +28,7 @@ bool VoxelSums::is_thin() const {
 }
 
 bool VoxelSums::may_be_wall() const { return cancel_below(*this, kMayBeWall); }
+bool VoxelSums::is_bent() const { return cancel_below(*this, kBent); }
 
 bool are_sides(const VoxelSums &a, const VoxelSums &b) {
     const std::uint64_t votes = std::uint64_t{a.votes} + b.votes;

@@ -40,6 +40,8 @@ struct VoxelSums {
     bool is_thin() const;
     // Whether they cancel to less than three quarters: there may be a wall in the voxel.
     bool may_be_wall() const;
+    // Whether they cancel to less than 0.98 of the votes: normals differ by more than 20 degrees.
+    bool is_bent() const;
 
     Rgb8 mean_colour() const; // taken in linear light
     // Stores the attributes other than normal, colour and material.

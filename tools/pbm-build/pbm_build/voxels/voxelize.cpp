@@ -3,6 +3,7 @@
 #include "pbm_build/fields/field_votes.h"
 #include "pbm_build/lattice/radix_sort.h"
 #include "pbm_build/voxels/sample_cursor.h"
+#include "pbm_format/model/normal.h"
 #include "system/free_memory.h"
 #include "system/threads/cancellation.h"
 #include "system/threads/parallel.h"
@@ -10,7 +11,9 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <cmath>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -29,8 +32,8 @@ std::uint32_t voxel_in_block(Hit hit) { return static_cast<std::uint32_t>(local_
 class BucketVoxelizer {
   public:
     BucketVoxelizer(const SurfaceSampler &sampler, HitStore &store, const AttributeSet &set,
-                    std::span<const Field> fields)
-        : store_(store), cursor_(sampler), set_(set), fields_(fields),
+                    std::span<const Field> fields, bool with_offsets)
+        : store_(store), cursor_(sampler), set_(set), fields_(fields), with_offsets_(with_offsets),
           point_in_block_(new std::uint16_t[kBlockVoxels]) {
         for (const Field &field : fields)
             field_votes_.emplace_back(field.average);
@@ -56,6 +59,7 @@ class BucketVoxelizer {
         }
         // Frees the spare capacity: the bucket stays in memory until all others are done.
         voxels_.codes.shrink_to_fit();
+        voxels_.offsets.shrink_to_fit();
         for_columns(
             set_, [](const StreamInfo &, std::size_t, auto &column) { column.shrink_to_fit(); }, voxels_.points);
         auto voxels = std::make_unique<Voxels>(std::exchange(voxels_, {}));
@@ -71,6 +75,7 @@ class BucketVoxelizer {
         const std::size_t count = voxels_.codes.size() - first;
         sums_.assign(count, {});
         votes_.assign(set_.material ? count : 0, {});
+        places_.assign(with_offsets_ ? count : 0, {});
         for (FieldVotes &votes : field_votes_)
             votes.begin(count);
         normals_.resize(hits.size());
@@ -92,6 +97,10 @@ class BucketVoxelizer {
             field_votes_[f].append(fields_[f].bytes, voxels_.fields[f]);
         if (may_be_walls)
             average_walls(hits, block, first);
+        if (with_offsets_)
+            place_bent_voxels(hits, block);
+        for (std::size_t i = 0; i < places_.size(); ++i)
+            voxels_.offsets.push_back(offset_of(places_[i], voxels_.points.normals[first + i]));
         if (std::exchange(has_holes_, false))
             remove_holes(first);
     }
@@ -116,8 +125,12 @@ class BucketVoxelizer {
             for (std::size_t f = 0; f < fields_.size(); ++f)
                 set_stored_value(voxels_.fields[f], kept, fields_[f].bytes,
                                  stored_value(voxels_.fields[f], first + i, fields_[f].bytes));
+            if (with_offsets_)
+                voxels_.offsets[kept] = voxels_.offsets[first + i];
             ++kept;
         }
+        if (with_offsets_)
+            voxels_.offsets.resize(kept);
         for (std::size_t f = 0; f < fields_.size(); ++f)
             voxels_.fields[f].resize(kept * fields_[f].bytes);
         voxels_.codes.resize(kept);
@@ -157,7 +170,7 @@ class BucketVoxelizer {
     void add_rows(std::span<const Hit> hits, const glm::ivec3 &block, ShortNormal *to) {
         for (std::size_t row = 0; row < hits.size(); ++row)
             rows_.mixed.places[row] = place_in_block(voxel_in_block(hits[row]));
-        cursor_.take(hits, block, rows_);
+        cursor_.take(hits, block, rows_, with_offsets_ ? Places::nearest : Places::none);
         const auto &normals = rows_.mixed.normals.rounded;
         const auto &colours = rows_.mixed.colours;
         for (std::size_t row = 0; row < hits.size(); ++row) {
@@ -176,6 +189,8 @@ class BucketVoxelizer {
                 sums.add_colour({colours[0][row], colours[1][row], colours[2][row]});
             if (set_.material)
                 ++votes_[point][rest.material];
+            if (with_offsets_)
+                places_[point].add(rows_.places[row]);
             for (std::size_t f = 0; f < field_votes_.size(); ++f)
                 field_votes_[f].add(point, rows_.fields[f][row]);
             to[row] = {static_cast<std::int16_t>(normal[0]), static_cast<std::int16_t>(normal[1]),
@@ -188,6 +203,50 @@ class BucketVoxelizer {
         sums.store_rest(voxels_.points, point);
         if (set_.colour != ColourFormat::none)
             set_point_colour(voxels_.points, point, set_.colour, sums.mean_colour());
+    }
+
+    // Places of a voxel's samples from its centre.
+    struct PlaceSums {
+        std::array<std::int64_t, 3> sum{};
+        std::int64_t weight = 0;
+
+        void add(const SamplePlace &place) {
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                sum[axis] += std::int64_t{place.weight} * place.from_centre[axis];
+            weight += place.weight;
+        }
+    };
+
+    // Places the surface anew in voxels within which its normal changes: samples lie around the middle of an edge, and
+    // the pieces of its faces below.
+    void place_bent_voxels(std::span<const Hit> hits, const glm::ivec3 &block) {
+        const auto is_bent = [&](Hit hit) { return sums_[point_in_block_[voxel_in_block(hit)]].is_bent(); };
+        std::vector<Hit> bent;
+        std::copy_if(hits.begin(), hits.end(), std::back_inserter(bent), is_bent);
+        for (std::size_t i = 0; i < places_.size(); ++i)
+            if (sums_[i].is_bent())
+                places_[i] = {};
+        for (std::size_t begin = 0; begin < bent.size(); begin += MixedRows::kRows) {
+            const auto some = std::span(bent).subspan(begin, std::min(bent.size() - begin, MixedRows::kRows));
+            for (std::size_t row = 0; row < some.size(); ++row)
+                rows_.mixed.places[row] = place_in_block(voxel_in_block(some[row]));
+            cursor_.take(some, block, rows_, Places::pieces);
+            for (std::size_t row = 0; row < some.size(); ++row)
+                if (!rows_.rest[row].is_hole)
+                    places_[point_in_block_[voxel_in_block(some[row])]].add(rows_.places[row]);
+        }
+    }
+
+    // How far their mean lies along the normal.
+    static std::int8_t offset_of(const PlaceSums &places, std::uint16_t normal) {
+        if (normal > kNormalIndexMask || places.weight == 0) // a thin wall, or none
+            return kNoOffset;
+        const UnitVector &n = normal_table()[normal];
+        double along = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            along += static_cast<double>(n[axis]) * static_cast<double>(places.sum[axis]);
+        const long steps = std::lround(along * Offsets::kSteps / static_cast<double>(places.weight * kPlaceSteps));
+        return std::abs(steps) > Offsets::kMost ? kNoOffset : static_cast<std::int8_t>(steps);
     }
 
     // Gives thin voxels the normal of their plane, and those with a wall both of its sides.
@@ -268,11 +327,13 @@ class BucketVoxelizer {
     SampleCursor cursor_;
     const AttributeSet &set_;
     std::span<const Field> fields_;
+    const bool with_offsets_;
     std::vector<FieldVotes> field_votes_;             // [fields]
     std::unique_ptr<std::uint16_t[]> point_in_block_; // of occupied voxels; the rest is not set
     std::array<std::uint64_t, kBlockVoxels / 64> occupied_{};
     std::vector<VoxelSums> sums_;
     std::vector<MaterialVotes> votes_;
+    std::vector<PlaceSums> places_; // of each voxel of the block, if offsets are asked for
     SampleRows rows_;
     bool has_holes_ = false;             // an image cuts a sample of the block away
     std::vector<ShortNormal> normals_;   // of the block's hits
@@ -289,12 +350,12 @@ void append_sides(const VoxelSides &from, const AttributeSet &set, VoxelSides &t
 }
 
 Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const BucketRange &range, const AttributeSet &set,
-                std::span<const Field> fields, int threads) {
+                std::span<const Field> fields, bool with_offsets, int threads) {
     std::vector<std::unique_ptr<Voxels>> buckets(range.last - range.first); // null: empty
     std::atomic<std::size_t> next{0};
     const int workers = resolve_threads(threads);
     parallel_for(static_cast<std::size_t>(workers), workers, [&](std::size_t) {
-        BucketVoxelizer voxelizer(sampler, store, set, fields);
+        BucketVoxelizer voxelizer(sampler, store, set, fields, with_offsets);
         for (std::size_t bucket = next++; bucket < buckets.size(); bucket = next++) {
             check_cancelled();
             buckets[bucket] = voxelizer.voxelize(range.first + bucket);
@@ -318,6 +379,9 @@ Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const BucketRang
     };
     gather(
         1, all.codes, [](Voxels & of) -> auto & { return of.codes; });
+    if (with_offsets)
+        gather(
+            1, all.offsets, [](Voxels & of) -> auto & { return of.offsets; });
     for (const StreamInfo &stream : point_streams())
         if (stream.kind == StreamKind::normal)
             gather(

@@ -16,10 +16,15 @@ struct VoxelSides {
     PointAttributes values;        // [codes][2], without radii: as Sides has them
 };
 
+// Distance from the centre of a voxel to the surface in it along the normal of its point, in 1 / Offsets::kSteps voxel
+// edges; kNoOffset: the voxel holds a thin wall or a corner, or the surface beside it.
+inline constexpr std::int8_t kNoOffset = -128;
+
 struct Voxels {
-    std::vector<MortonCode> codes; // ascending, unique
-    PointAttributes points;        // radii: the largest of the samples
-    std::vector<Bytes> fields;     // [fields] stored values
+    std::vector<MortonCode> codes;    // ascending, unique
+    PointAttributes points;           // radii: the largest of the samples
+    std::vector<Bytes> fields;        // [fields] stored values
+    std::vector<std::int8_t> offsets; // [codes]; empty if nobody asked for them
     VoxelSides sides;
     std::vector<MortonCode> made; // those of `codes` that up-sampling filled, ascending
 };
@@ -28,8 +33,9 @@ struct Voxels {
 void append_sides(const VoxelSides &from, const AttributeSet &set, VoxelSides &to);
 
 // Takes the hits in the buckets of `range` out of `store`, which was filled from `sampler`, and averages their samples.
-// `fields`: those of the sampler.
+// `fields`: those of the sampler. `with_offsets`: also finds where the surface lies; the surface has no points without
+// faces.
 Voxels voxelize(const SurfaceSampler &sampler, HitStore &store, const BucketRange &range, const AttributeSet &set,
-                std::span<const Field> fields, int threads);
+                std::span<const Field> fields, bool with_offsets, int threads);
 
 } // namespace pbm::build
