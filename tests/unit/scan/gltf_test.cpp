@@ -418,6 +418,51 @@ TEST(Gltf, RoughnessAndMetalOfImagesAreKept) {
     EXPECT_TRUE(s.texture_ids.empty() && s.colours.empty());
 }
 
+TEST(Gltf, ImagesOfSpecularJoinThoseOfRoughness) {
+    json material{{"pbrMetallicRoughness",
+                   {{"metallicRoughnessTexture", {{"index", 0}}}, {"roughnessFactor", 0.5}, {"metallicFactor", 0.75}}}};
+    json &specular = material["extensions"]["KHR_materials_specular"];
+    specular = {{"specularFactor", 0.75}, {"specularTexture", {{"index", 0}}}};
+    const auto texel_of = [](const Surface &s) {
+        return s.layer(Layer::reflectance).ids.empty() ? std::array<std::uint8_t, 4>{}
+                                                       : s.textures[s.layer(Layer::reflectance).ids[0]].texels[0];
+    };
+    // The opacity is 0.8: specular 0.75 x 0.8 of the 0.9 that is not rough.
+    EXPECT_EQ(texel_of(with_reflectance(material)), (std::array<std::uint8_t, 4>{26, 69, 138, 255}));
+    // The colour is 0, 0.0331 and 0.1329 in linear light; the strongest of the products is that of green.
+    specular["specularColorTexture"] = {{"index", 0}};
+    specular["specularColorFactor"] = {1, 1, 0.125};
+    const Surface s = with_reflectance(material);
+    EXPECT_EQ(texel_of(s), (std::array<std::uint8_t, 4>{26, 69, 5, 255}));
+    EXPECT_EQ(s.textures.size(), 1U);
+    EXPECT_FALSE(says(s, "specularColorTexture of materials", Fate::dropped));
+    // Alone, beside factors.
+    material["pbrMetallicRoughness"].erase("metallicRoughnessTexture");
+    specular.erase("specularColorTexture");
+    specular.erase("specularColorFactor");
+    EXPECT_EQ(texel_of(with_reflectance(material)), (std::array<std::uint8_t, 4>{128, 96, 77, 255}));
+}
+
+TEST(Gltf, ImagesOfSpecularThatCannotJoinAreSaid) {
+    json material{{"pbrMetallicRoughness", {{"metallicRoughnessTexture", {{"index", 0}}}}}};
+    json &specular = material["extensions"]["KHR_materials_specular"];
+    specular["specularTexture"] = {{"index", 0}, {"extensions", {{"KHR_texture_transform", {{"scale", {2, 2}}}}}}};
+    const Surface apart = with_reflectance(material);
+    EXPECT_TRUE(says(apart, "specularTexture of materials", Fate::dropped));
+    EXPECT_EQ(apart.layer(Layer::reflectance).ids.size(), 1U);
+    specular["specularTexture"] = {{"index", 1}};
+    const Surface damaged = with_reflectance(material);
+    EXPECT_TRUE(says(damaged, "texture image 'images[1]'", Fate::dropped));
+    EXPECT_EQ(damaged.layer(Layer::reflectance).ids.size(), 1U); // of the other image
+    specular["specularTexture"] = {{"index", 7}};
+    EXPECT_TRUE(says(with_reflectance(material), "specularTexture of materials", Fate::dropped));
+    material["pbrMetallicRoughness"].erase("metallicRoughnessTexture");
+    specular["specularTexture"] = {{"index", 1}};
+    EXPECT_TRUE(with_reflectance(material).textures.empty());
+    material["extensions"]["KHR_materials_unlit"] = json::object();
+    EXPECT_TRUE(says(with_reflectance(material), "specularTexture of materials", Fate::dropped));
+}
+
 // Their reflection has the colour of the surface, so that it is dark where that is.
 TEST(Gltf, MetalsTintWhatTheyReflect) {
     const auto material_of = [](const json &metallic) {
