@@ -463,6 +463,25 @@ TEST(Gltf, ImagesOfSpecularThatCannotJoinAreSaid) {
     EXPECT_TRUE(says(with_reflectance(material), "specularTexture of materials", Fate::dropped));
 }
 
+TEST(Gltf, CoordinatesOfAnyImageAreUsed) {
+    Glb glb;
+    const auto positions = glb.floats(kSquare, "VEC3", 3), indices = glb.indices({0, 1, 2});
+    const auto places = glb.floats({0, 1, 1, 1, 1, 0, 0, 0}, "VEC2", 2);
+    const Bytes pixels{0, 51, 102, 204};
+    glb.doc["images"] = {{{"bufferView", glb.view(test::png_of(1, 1, PNG_FORMAT_RGBA, pixels.data()))}}};
+    glb.doc["textures"] = {{{"source", 0}}};
+    glb.doc["materials"] = {json::object(), {{"occlusionTexture", {{"index", 0}}}}};
+    json of_plain{{"attributes", {{"POSITION", positions}, {"TEXCOORD_0", places}, {"TEXCOORD_1", places}}},
+                  {"indices", indices},
+                  {"material", 0}};
+    json of_images = of_plain;
+    of_images["material"] = 1;
+    glb.show({of_plain, of_images});
+    const Surface s = surface(glb);
+    EXPECT_FALSE(says(s, "TEXCOORD_0", Fate::dropped));
+    EXPECT_TRUE(says(s, "TEXCOORD_1", Fate::dropped));
+}
+
 // Their reflection has the colour of the surface, so that it is dark where that is.
 TEST(Gltf, MetalsTintWhatTheyReflect) {
     const auto material_of = [](const json &metallic) {
