@@ -191,6 +191,7 @@ TEST(Gltf, CoordinatesOfAnyImageAreUsed) {
     const Surface s = surface(glb);
     EXPECT_FALSE(says(s, "TEXCOORD_0", Fate::dropped));
     EXPECT_TRUE(says(s, "TEXCOORD_1", Fate::dropped));
+    EXPECT_TRUE(has(note_of(s, "texture coordinates"), "materials and ambient light of points"));
 }
 
 TEST(Gltf, ANormalMapThatCannotBeReadIsSaid) {

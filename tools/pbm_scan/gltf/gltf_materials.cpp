@@ -127,11 +127,11 @@ Result<ByteView> GltfMaterials::bytes_of(std::size_t image, GltfResource &resour
 std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use) {
     const std::string name = name_of(image);
     GltfResource resource;
-    if (const auto bytes = bytes_of(image, resource))
+    const auto bytes = bytes_of(image, resource);
+    if (bytes)
         return images_.of_bytes(name, *bytes, use);
-    else
-        drop_once(report_, "texture image " + printable_in_quotes(name.substr(name.find('/') + 1)),
-                  bytes.error().message, Warning::missing_image);
+    drop_once(report_, "texture image " + printable_in_quotes(name.substr(name.find('/') + 1)), bytes.error().message,
+              Warning::missing_image);
     return Surface::kNoTexture;
 }
 
@@ -218,8 +218,8 @@ void GltfMaterials::add_reflectance_image(const Json &used, const char *name, Re
 void GltfMaterials::read_reflectance_images(const Json *roughness_metal, const Json *specular,
                                             const Reflectance &factors, GltfMaterial &material) {
     const TextureUse use{.content = ImageContent::roughness_metal, .factors = factors};
-    const Json *const of_factor = member(specular, "specularTexture"), *const of_colour =
-                                                                           member(specular, "specularColorTexture");
+    const Json *const of_factor = member(specular, "specularTexture");
+    const Json *const of_colour = member(specular, "specularColorTexture");
     if (of_factor == nullptr && of_colour == nullptr)
         return read_layer(Layer::reflectance, roughness_metal, "metallicRoughnessTexture", use, material);
     GltfImage &place = material.layers[static_cast<std::size_t>(Layer::reflectance)];

@@ -262,7 +262,7 @@ void report_textures(Surface &surface) {
     }
     const auto without = std::count(surface.texture_ids.begin(), surface.texture_ids.end(), Surface::kNoTexture);
     surface.report.push_back({"texture coordinates", Fate::converted,
-                              listed(uses, " and ") + " of points" +
+                              enumerated(uses) + " of points" +
                                   (without == 0 ? "" : "; " + std::to_string(without) + " triangles have no image")});
 }
 
