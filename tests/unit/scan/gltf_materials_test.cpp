@@ -62,6 +62,9 @@ TEST(Gltf, ImagesOfSpecularJoinThoseOfRoughness) {
     const Surface s = with_reflectance(material);
     EXPECT_EQ(texel_of(s), (std::array<std::uint8_t, 4>{26, 69, 5, 255}));
     EXPECT_EQ(s.textures.size(), 1U);
+    EXPECT_EQ(std::count_if(s.report.begin(), s.report.end(),
+                            [](const AttributeReport &line) { return has(line.name, "texture image"); }),
+              1);
     EXPECT_FALSE(says(s, "specularColorTexture of materials", Fate::dropped));
     // Alone, beside factors.
     material["pbrMetallicRoughness"].erase("metallicRoughnessTexture");

@@ -160,7 +160,12 @@ std::uint16_t TextureImages::of_reflectance(std::span<const ReflectanceImage> im
             drop_once(report_, line_name(image.name), "too large together with others of its material");
             continue;
         }
-        report_.push_back(line_of_image(image.name, *read, ", to materials of points"));
+        AttributeReport line = line_of_image(image.name, *read, ", to materials of points");
+        const auto is_same = [&](const AttributeReport &said) {
+            return said.name == line.name && said.note == line.note;
+        };
+        if (std::none_of(report_.begin(), report_.end(), is_same)) // one image may have several parts
+            report_.push_back(std::move(line));
         ++count;
     }
     if (count == 0)
