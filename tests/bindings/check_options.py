@@ -39,7 +39,7 @@ OF_NO_BINDING = {
     "drop-shadow": "the caller has the pixels, and their opacity",
     "scale-bar": "the caller has the camera and the unit",
     "dpi": "of files of pictures",
-    "exposure": "the caller has the pixels",
+    "exposure": "the caller has the pixels; the element has an attribute of this name",
     "tone": "the same",
     "up": "the caller gives the up vector of a camera",
     "renderer": "the reference renderer needs whole levels, and is there to compare with",

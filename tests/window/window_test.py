@@ -912,6 +912,8 @@ def test_panel(display):
         check(len(view.lines("frame ")) == frames, "frames are drawn while the panel is open and nothing changes")
         view.act(*clicked(53))
         check("--ignore-point-colours" in view.view(), f"no other look: {view.view()}")
+        view.act(*clicked(161, left + 80))
+        check(any(option.startswith("--exposure=") for option in view.view()), f"no other exposure: {view.view()}")
         views = len(view.lines("view: "))
         view.xdotool(*dragged(1, (left + 200, 115), (left + 250, 140)), "click", 4)
         view.xdotool("key", "space")
@@ -926,22 +928,22 @@ def test_panel(display):
         view.key("Return")
         view.next_frame("key", "Tab")
         # Makes a light brighter, then resets it.
-        view.next_frame(*clicked(265))
-        view.act(*clicked(369, left + 140))
-        view.next_frame(*clicked(265))
+        view.next_frame(*clicked(291))
+        view.act(*clicked(395, left + 140))
+        view.next_frame(*clicked(291))
         view.next_frame("key", "Tab")
         brighter = view.grab()
         check(sum(brighter[2]) > sum(rendered("model.pbvg", *view.view())[2]), "the light is not brighter")
         view.next_frame("key", "Tab")
-        view.act(*clicked(317))
+        view.act(*clicked(343))
         view.next_frame("key", "Tab")
         check_same_in_the_end(view, "model.pbvg", "the look after Reset")
         check(view.quit() == 0, "Escape does not end with 0")
     # Keys typed into a number field, including Escape and Return, are not commands of the window.
-    field = (left + 60, 395)
+    field = (left + 60, 421)
     with View(display, "--panel", "model.pbvg", size=size) as view:
         check(view.grab() != first, "--panel does not show it")
-        view.next_frame(*clicked(265))
+        view.next_frame(*clicked(291))
         view.next_frame("mousemove", *field, "sleep", "0.1", "keydown", "ctrl", "click", 1, "keyup", "ctrl")
         camera = view.vectors()
         view.act("key", "c", "key", "4", "key", "5", "key", "Left", "key", "Escape")
@@ -981,8 +983,8 @@ def test_fields(display):
         view.key("Right")
         camera = view.vectors()
         view.next_frame("key", "Tab")
-        view.next_frame("mousemove", 360, 208, "sleep", "0.1", "click", 1)  # the list of fields
-        view.act("mousemove", 340, 295, "sleep", "0.1", "click", 1)         # its last line
+        view.next_frame("mousemove", 360, 234, "sleep", "0.1", "click", 1)  # the list of fields
+        view.act("mousemove", 340, 321, "sleep", "0.1", "click", 1)         # its last line
         check("--colour-by=class" in view.view(), f"another field: {view.view()}")
         check(view.vectors() == camera, "the camera moved")
         view.next_frame("key", "Tab")

@@ -330,6 +330,7 @@ describe("the page", () => {
                     ...Object.fromEntries(texts.split(" ").map((name) => [name, "auto"])),
                     background: "#333",
                     maxMemory: 300,
+                    exposure: -0.5,
                     autoRotate: true,
                     controls: false,
                     disableZoom: true,
@@ -341,7 +342,7 @@ describe("the page", () => {
                 for (const name of texts.split(" ")) viewer[name] = null;
                 return { wrong, names, left: viewer.getAttributeNames() };
             });
-            const others = ["auto-rotate", "disable-zoom", "id", "max-memory", "no-legend", "src"];
+            const others = ["auto-rotate", "disable-zoom", "exposure", "id", "max-memory", "no-legend", "src"];
             const texts = ["alt", "background", "backs", "camera-orbit", "camera-target", "field-of-view", "light-follows"];
             const words = ["shading", "headlight", "colour-by", "drop-class", "show-class", "loading", "poster", "quality", "reveal", "touch-action", "interaction-prompt"];
             assert.deepEqual(names.wrong, []);

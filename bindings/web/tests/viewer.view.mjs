@@ -2,7 +2,8 @@
 import assert from "node:assert/strict";
 import { describe, test } from "node:test";
 import { creditsOf, linked } from "../viewer/credit.js";
-import { colouringOf, headlightOf } from "../viewer/look.js";
+import { exposed } from "../viewer/exposure.js";
+import { colouringOf, exposureOf, headlightOf } from "../viewer/look.js";
 import { Motion } from "../viewer/motion.js";
 import { TEXTS } from "../viewer/texts.js";
 import * as orbits from "../viewer/orbit.js";
@@ -26,6 +27,35 @@ describe("look", () => {
         near(headlightOf(" -45deg  0.5rad"), [-Math.PI / 4, 0.5]);
         for (const text of [null, "", "30deg", "auto 0", "1 2", "181deg 0", "0 91deg", "0 0 0"])
             assert.equal(headlightOf(text), null, text);
+    });
+});
+
+describe("exposure", () => {
+    const red = [255, 0, 0, 255];
+    test("no stops leave colours as they are, and one doubles their light", () => {
+        const ramp = Uint8Array.from({ length: 1024 }, (_, i) => (i % 4 === 3 ? 255 : i >> 2));
+        assert.deepEqual([...exposed(ramp, 0, red)], [...ramp]);
+        // 188 is half of white in linear light, 137 a quarter.
+        assert.deepEqual([...exposed([137, 188, 189, 255], 1, red)], [188, 255, 255, 255]);
+        assert.deepEqual([...exposed([255, 188, 0, 255], -1, red)], [188, 137, 0, 255]);
+    });
+    test("the background keeps its colour", () => {
+        assert.deepEqual([...exposed([0, 0, 0, 0], 3, red)], red);
+        assert.deepEqual([...exposed([9, 9, 9, 0], 3, [0, 0, 0, 0])].slice(3), [0]);
+        // Half of a white pixel, behind it black: half of the light.
+        assert.deepEqual([...exposed([137, 137, 137, 128], 2, [0, 0, 0, 255])], [188, 188, 188, 255]);
+        assert.deepEqual([...exposed([137, 137, 137, 128], 2, [0, 0, 0, 0])], [255, 255, 255, 128]);
+    });
+    test("what is no number of stops is none", () => {
+        const element = (text) => ({ getAttribute: () => text });
+        assert.equal(exposureOf(element(null)), 0);
+        assert.equal(exposureOf(element(" -1.5 ")), -1.5);
+        const warn = console.warn;
+        const warnings = [];
+        console.warn = (text) => warnings.push(text);
+        for (const text of ["bright", "11", "1ev", "Infinity"]) assert.equal(exposureOf(element(text)), 0, text);
+        console.warn = warn;
+        assert.equal(warnings.length, 4);
     });
 });
 

@@ -26,6 +26,17 @@ export function colouringOf(text) {
     return { ...colouring, colourBy: parts.join(",") };
 }
 
+const MOST_STOPS = 10;
+
+// Stops, as pbm-render --exposure.
+export function exposureOf(element) {
+    const text = element.getAttribute("exposure") ?? "";
+    const stops = text.trim() === "" ? 0 : Number(text);
+    if (Math.abs(stops) <= MOST_STOPS) return stops;
+    warnOnce(element, "exposure", text, "is no number of stops, -10 to 10");
+    return 0;
+}
+
 // The options that the attributes of an element ask for.
 export function lookOf(element) {
     const text = element.getAttribute("headlight");

@@ -16,6 +16,7 @@
 //   field-of-view  vertical angle: "30deg"
 //   auto-rotate    the model turns while nobody touches it
 //   background     a CSS colour; default transparent
+//   exposure       stops: light is multiplied by 2^exposure, of all but the background; -10 to 10
 //   quality        fast: one colour a point; fine: smooth, as pbm-render draws, once the view rests; auto (default):
 //                  as fine as can be drawn in 1.5 seconds
 //   backs          show: points are seen from both sides; hide: rooms are seen into from outside; auto (default): shown,
@@ -164,6 +165,7 @@ export class PbmViewer extends HTMLElement {
     cameraTarget: string | null;
     fieldOfView: string | null;
     background: string | null;
+    exposure: number | null;
     shading: "auto" | "lit" | "unlit" | null;
     lightFollows: "eye" | "model" | null;
     headlight: string | null;

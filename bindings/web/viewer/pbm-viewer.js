@@ -6,7 +6,7 @@ import { FIRST_BYTES } from "./answers.js";
 import { showCredits } from "./credit.js";
 import { listen } from "./gestures.js";
 import { Hotspots } from "./hotspots.js";
-import { lookOf } from "./look.js";
+import { exposureOf, lookOf } from "./look.js";
 import { Motion } from "./motion.js";
 import { cameraOf, describe, orbitFrom, orbitOf, stageOf } from "./orbit.js";
 import { Paper } from "./paper.js";
@@ -36,7 +36,7 @@ const Base = globalThis.HTMLElement ?? class {};
 
 class PbmViewer extends Base {
     static observedAttributes = (
-        "src poster quality backs auto-rotate camera-orbit camera-target field-of-view background shading light-follows headlight colour-by drop-class show-class no-legend loading reveal controls alt interaction-prompt"
+        "src poster quality backs auto-rotate camera-orbit camera-target field-of-view background exposure shading light-follows headlight colour-by drop-class show-class no-legend loading reveal controls alt interaction-prompt"
     ).split(" ");
 
     #parts = {}; // by id
@@ -619,6 +619,7 @@ class PbmViewer extends Base {
             height,
             moving,
             background: colour(this.getAttribute("background") ?? "transparent"),
+            exposure: exposureOf(this),
             quality: wordOf(this, "quality"),
             backs: wordOf(this, "backs"),
             look: lookOf(this),

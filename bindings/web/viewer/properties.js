@@ -13,6 +13,7 @@ export const PROPERTIES = {
     cameraTarget: String,
     fieldOfView: String,
     background: String,
+    exposure: Number,
     shading: String,
     lightFollows: String,
     headlight: String,

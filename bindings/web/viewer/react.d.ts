@@ -13,6 +13,7 @@ type Writable = Pick<
     | "cameraTarget"
     | "fieldOfView"
     | "background"
+    | "exposure"
     | "lightFollows"
     | "headlight"
     | "colourBy"

@@ -5,7 +5,7 @@
 //   code {files | error}  the renderer, or why not            enough {}  no more of the first answer is needed
 //   answer, part, end  of the first answer: see answers.js
 //   view {camera, width, height, moving, background,          framed {camera, aspect}  default camera of a new size
-//         quality, backs, look, hotspots}                     frame {camera, width, height, complete, visible,
+//         exposure, quality, backs, look, hotspots}                   frame {camera, width, height, complete, visible,
 //   pause {paused}                                                   pixels}
 //   ask {id, question, ...}                                   progress {bytes, wanted, size}
 //                                                             failed {error, fatal, passing}  passing: the next view
@@ -21,6 +21,7 @@ import { CODES, loadPbm } from "../module/pbm.js";
 import { ForwardedAnswer } from "./answers.js";
 import { ByteStore } from "./byte_store.js";
 import { SourceError, openBlob, openUrl } from "./byte_sources.js";
+import { exposed } from "./exposure.js";
 import { joined } from "./ranges.js";
 import { isVisible, stageOf, unproject } from "./orbit.js";
 
@@ -33,6 +34,7 @@ const QUICK_ENOUGH = 1500; // ms that a fine picture may take with quality "auto
 const MAX_ERROR = { fast: 2, fine: 1.42 }; // pixels: largest edge of a drawn voxel; the defaults of pbm-render
 const COARSER = 1.25; // times as large, if the chunks that a picture needs take more than their part of the memory
 const COARSEST = 50; // times as large
+const CLEAR = [0, 0, 0, 0];
 // Parts of maxMemory: decoded chunks, compressed bytes. The rest is for pictures and code.
 const DECODED_PART = 0.6;
 const BYTES_PART = 0.25;
@@ -282,7 +284,7 @@ class ViewWorker {
             height,
             quality,
             ...(samples > 0 && { samples }),
-            background: full.background,
+            background: full.exposure ? CLEAR : full.background,
             ...full.look,
             depths: true,
             maxError: MAX_ERROR[quality] * this.#coarser,
@@ -294,7 +296,7 @@ class ViewWorker {
             return this.#draw(scale, samples);
         }
         this.#picture = { camera, width, height, depths, complete, scale, samples };
-        const shown = this.#show(pixels, width, height);
+        const shown = this.#show(finished(pixels, full), width, height);
         const end = performance.now();
         this.#times.drawn = end;
         if (samples > 0) this.#measureFine((end - begin) / samples);
@@ -378,7 +380,7 @@ class ViewWorker {
         if (!this.#stage || !this.#isExact()) return null;
         const picture = this.#picture;
         picture.depths = picture.depths.slice(); // the module draws the next picture in the same place
-        const { camera, backs, background, look } = this.#view;
+        const { camera, backs, background, exposure, look } = this.#view;
         const context = new OffscreenCanvas(width, height).getContext("2d");
         try {
             const { pixels } = this.#model.render({
@@ -387,12 +389,12 @@ class ViewWorker {
                 height,
                 quality: picture.samples > 0 ? "fine" : "fast",
                 ...(picture.samples > 0 && { samples: 1 }),
-                background,
+                background: exposure ? CLEAR : background,
                 ...look,
                 maxError: MAX_ERROR.fine * this.#coarser,
                 maxMemory: Math.ceil(this.#maxMemory * DECODED_PART),
             });
-            context.putImageData(new ImageData(pixels.slice(), width), 0, 0);
+            context.putImageData(new ImageData(finished(pixels, this.#view).slice(), width), 0, 0);
         } catch {
             return null;
         }
@@ -457,6 +459,11 @@ class ViewWorker {
         // The reader's words of a file that is cut short are for those who examine files.
         this.#reportError(error.name === "header.size" && this.#isCut() ? this.#cutError() : error, true);
     }
+}
+
+// The pixels as the view asks for them.
+function finished(pixels, { exposure, background }) {
+    return exposure ? exposed(pixels, exposure, background) : pixels;
 }
 
 // What messages carry of an error. One without a code is a fault of the viewer itself.

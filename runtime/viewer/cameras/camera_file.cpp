@@ -2,13 +2,14 @@
 
 #include "command_line/command_line.h"
 #include "system/files/file_names.h"
-#include "viewer/cameras/gltf_bytes.h"
+#include "system/files/gltf_bytes.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
@@ -44,6 +45,14 @@ std::size_t whole(const Json &from, const char *key, std::size_t otherwise) {
 
 std::string entry(const char *array, std::size_t index) {
     return std::string(array) + "[" + std::to_string(index) + "]";
+}
+
+Result<GltfResource> read_beside(const std::string &gltf, std::string_view uri) {
+    const std::string path = (std::filesystem::path(gltf).parent_path() / without_percents(uri)).string();
+    auto file = MappedFile::open(path);
+    if (!file)
+        return Error{file.error().code, file.error().offset, path + ": " + file.error().message};
+    return GltfResource{.file = std::move(*file)};
 }
 
 // A file that is open, and its arrays of numbers.
@@ -124,7 +133,8 @@ class Gltf {
             return chunks_.binary;
         if (const auto known = buffers_.find(index); known != buffers_.end())
             return known->second.bytes();
-        auto read = read_uri(path_, described.at("uri").get<std::string>());
+        const auto uri = described.at("uri").get<std::string>();
+        auto read = is_data_uri(uri) ? read_data_uri(uri) : read_beside(path_, uri);
         if (!read)
             throw Refusal{read.error()};
         return buffers_.emplace(index, std::move(*read)).first->second.bytes();
@@ -133,7 +143,7 @@ class Gltf {
     std::string path_;
     GltfChunks chunks_;
     Json json_;
-    std::map<std::size_t, GltfBuffer> buffers_;
+    std::map<std::size_t, GltfResource> buffers_;
     std::size_t numbers_ = 0; // read so far
 };
 

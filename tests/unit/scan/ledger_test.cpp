@@ -134,17 +134,17 @@ TEST(Ledger, EveryStatementOfMaterialsHasALine) {
         return report.size();
     };
     for (const char *statement :
-         {"Kd 1 0 0",     "Ka 1 1 1",     "Ks 1 1 1",     "Ke 1 1 1",     "Tf 1 1 1",     "Ni 1.5",
-          "Ns 10",        "illum 2",      "sharpness 9",  "d 0.5",        "Tr 0.5",       "d -halo 0.5",
-          "refl a.png",   "map_Ka a.png", "map_Ks a.png", "map_Ke a.png", "map_Ns a.png", "map_aat on",
-          "map_Pr a.png", "disp a.png",   "decal a.png",  "Pr 1",         "Pm 1",         "Ps 1",
-          "Pc 1",         "Pcr 1",        "aniso 1",      "anisor 1",     "vendor 1",     "Kd spectral a.rfl",
+         {"Kd 1 0 0",     "Ka 1 1 1",     "Ks 1 1 1",   "Ke 1 1 1",   "Tf 1 1 1",    "Ni 1.5",     "Ns 10",
+          "illum 2",      "sharpness 9",  "d 0.5",      "Tr 0.5",     "d -halo 0.5", "refl a.png", "map_Ka a.png",
+          "map_Ks a.png", "map_Ns a.png", "map_aat on", "disp a.png", "decal a.png", "Pr 1",       "Pm 1",
+          "Ps 1",         "Pc 1",         "Pcr 1",      "aniso 1",    "anisor 1",    "vendor 1",   "Kd spectral a.rfl",
           "Kd xyz 1 1"})
         EXPECT_EQ(lines(statement), 1U) << statement;
     for (const char *option : {"-blendu off", "-blendv off", "-cc on", "-mm 0 1", "-t 1 1 1", "-texres 8", "-boost 2",
                                "-bm 1", "-imfchan r", "-type sphere"})
         EXPECT_EQ(lines(std::string("map_Kd ") + option + " a.png"), 1U) << option;
-    for (const char *statement : {"bump a.png", "map_bump -bm 2 a.png", "norm a.png"}) // the image has a line
+    for (const char *statement : {"bump a.png", "map_bump -bm 2 a.png", "norm a.png", "map_Ke a.png", "map_Pr a.png",
+                                  "map_Pm a.png"}) // the image has a line
         EXPECT_EQ(lines(statement), 0U) << statement;
 }
 

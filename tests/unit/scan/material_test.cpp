@@ -1,6 +1,8 @@
 // Materials of OBJ files: what their material files say, and which points have them.
+#include "pbm_scan/conventions/reflectance.h"
 #include "pbm_scan/mesh/material_text.h"
 #include "pbm_scan/surface_reader.h"
+#include "unit/support/image_files.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +10,8 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace {
 
@@ -23,10 +27,14 @@ std::vector<NamedMaterial> materials_of(std::string_view text, std::vector<Attri
 }
 
 // An OBJ beside a file of these materials.
-Surface obj_with(const std::string &text, const std::string &materials) {
+Surface obj_with(const std::string &text, const std::string &materials,
+                 const std::vector<std::pair<std::string, Bytes>> &images = {}) {
     const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "pbm_materials";
     std::filesystem::create_directories(folder);
     std::ofstream(folder / "scan.mtl") << materials;
+    for (const auto &[name, bytes] : images)
+        std::ofstream(folder / name, std::ios::binary)
+            .write(reinterpret_cast<const char *>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     std::ofstream(folder / "scan.obj") << "mtllib scan.mtl\n" << text;
     Result<Surface> result = read_surface((folder / "scan.obj").string(), {});
     std::filesystem::remove_all(folder);
@@ -76,6 +84,67 @@ TEST(Materials, StatementsBecomeAMaterialOrALine) {
 }
 
 const std::string kStrip = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 2 0\nv 1 2 0\n";
+
+TEST(Materials, RoughnessAndMetalReplaceTheOlderCoefficients) {
+    std::vector<AttributeReport> said;
+    auto materials = materials_of("newmtl a\nKs 1 1 1\nNs 5\nPr 0.5\nPm 1\nnewmtl b\nPm 0.5\nNs 30\nnewmtl c\nNs 30\n"
+                                  "Ke 0 0 0\nnewmtl lamp\nKs 0.02 0.02 0.02\nNs 30\nKe 1 0.5 0\nPs 1\n",
+                                  &said);
+    for (NamedMaterial &named : materials)
+        finish_reflectance(named);
+    Material of_a;
+    set_reflectance({0.5, 1}, of_a);
+    EXPECT_EQ(materials[0].material.ks, of_a.ks);
+    EXPECT_EQ(materials[0].material.power, of_a.power);
+    EXPECT_EQ(materials[0].material.environment, of_a.environment);
+    ASSERT_TRUE(materials[1].reflectance);
+    EXPECT_NEAR(materials[1].reflectance->roughness, 0.5, 1e-9); // the power of Ns
+    EXPECT_NEAR(materials[1].material.power, 30, 1e-3);
+    EXPECT_FALSE(materials[2].reflectance); // its coefficients stay
+    ASSERT_TRUE(materials[3].reflectance);
+    EXPECT_EQ(materials[3].emission, (Rgb8{255, 128, 0}));
+    EXPECT_NEAR(materials[3].reflectance->specular, 0.4, 1e-6); // ks = 0.1 specular (1 - roughness)
+    EXPECT_FLOAT_EQ(materials[3].material.ks, 0.02F);
+    const auto is_said = [&](const char *name, Fate fate) {
+        return std::any_of(said.begin(), said.end(), [&](const auto &l) { return l.name == name && l.fate == fate; });
+    };
+    EXPECT_TRUE(is_said("Pr of materials", Fate::converted) && is_said("Ke of materials", Fate::converted));
+    EXPECT_TRUE(is_said("Ps of materials", Fate::dropped));
+}
+
+TEST(Materials, ImagesOfRoughnessMetalAndLightAreLayers) {
+    const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nusemtl a\nf 1/1 2/2 3/3\n";
+    const Bytes grey{51, 51, 51}, red{255, 0, 0};
+    const std::vector<std::pair<std::string, Bytes>> images{
+        {"rough.png", test::png_of(1, 1, PNG_FORMAT_RGB, grey.data())},
+        {"light.png", test::png_of(1, 1, PNG_FORMAT_RGB, red.data())}};
+    const Surface both =
+        obj_with(square, "newmtl a\nPr 0.9\nPm 0.5\nmap_Pr -s 2 1 rough.png\nmap_Ke light.png\nKe 0 0 0\n", images);
+    ASSERT_EQ(both.layer(Layer::reflectance).ids.size(), 1U);
+    // Roughness 0.2 of the image, metal 0.5 of the material.
+    EXPECT_EQ(both.textures[both.layer(Layer::reflectance).ids[0]].texels[0],
+              (std::array<std::uint8_t, 4>{51, 102, 204, 255}));
+    EXPECT_EQ(both.layer(Layer::reflectance).corners[0], (TextureCorners{{{0, 1}, {2, 1}, {2, 0}}}));
+    ASSERT_EQ(both.layer(Layer::emission).ids.size(), 1U);
+    EXPECT_EQ(both.textures[both.layer(Layer::emission).ids[0]].texels[0],
+              (std::array<std::uint8_t, 4>{255, 0, 0, 255}));
+    ASSERT_EQ(both.reflectances.size(), 1U);
+    EXPECT_EQ(both.reflectances[0], (Reflectance{0.9, 0.5}));
+    // Light of the material alone lies on all faces, with or without texture coordinates.
+    const Surface lamp = obj_with(square + "f 1 2 3\n", "newmtl a\nKe 1 1 1\nmap_Pm rough.png\n", images);
+    EXPECT_EQ(lamp.layer(Layer::emission).ids.size(), 2U);
+    ASSERT_EQ(lamp.layer(Layer::reflectance).ids.size(), 2U);
+    EXPECT_NE(lamp.layer(Layer::reflectance).ids[1], Surface::kNoTexture); // the factors
+    EXPECT_NE(lamp.layer(Layer::reflectance).ids[0], lamp.layer(Layer::reflectance).ids[1]);
+    // One image for both, but not as it lies.
+    const Surface apart = obj_with(square, "newmtl a\nmap_Pr rough.png\nmap_Pm -o 0.5 0 rough.png\n", images);
+    const auto is_metal = [](const AttributeReport &line) { return line.name == "map_Pm of materials"; };
+    EXPECT_TRUE(std::any_of(apart.report.begin(), apart.report.end(), is_metal));
+    // None is there: the numbers count.
+    const Surface missing = obj_with(square, "newmtl a\nPr 0.25\nmap_Pr none.png\nmap_Ke none.png\n");
+    EXPECT_TRUE(missing.textures.empty());
+    EXPECT_EQ(missing.reflectances[0], (Reflectance{0.25, 0}));
+}
 
 TEST(Materials, FacesHaveThoseThatTheyName) {
     const std::string materials = "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\nnewmtl again\nKd 1 0 0\n";

@@ -22,6 +22,11 @@ void set_reflectance(const Reflectance &reflectance, Material &material) {
     material.tint = reflectance.tints && material.environment > 0 ? 255 : 0;
 }
 
+Reflectance reflectance_of(const Material &material) {
+    const double rough = std::pow(2 / (static_cast<double>(material.power) + 2), 0.25);
+    return {.roughness = rough, .specular = std::min(static_cast<double>(material.ks) / (0.1 * (1 - rough)), 1.0)};
+}
+
 Reflectance reflectance_of(double specular, double gloss) {
     constexpr double kUsual = 0.04; // of what is no metal
     return {.roughness = 1 - gloss,
@@ -35,8 +40,27 @@ ReflectanceTexel texel_of(const Reflectance &reflectance) {
             share_to_byte(smooth * reflectance.specular)};
 }
 
+void set_part(ReflectancePart part, const std::array<float, 3> &colour, const std::array<std::uint8_t, 4> &from,
+              std::array<std::uint8_t, 4> &texel) {
+    const auto brightness = static_cast<std::uint8_t>((from[0] + from[1] + from[2]) / 3);
+    const auto reflect = [&](double share) { texel[0] = share_to_byte(share * (texel[0] / 255.0)); };
+    if (part == ReflectancePart::roughness_metal)
+        texel = {texel[0], from[1], from[2], texel[3]};
+    else if (part == ReflectancePart::roughness)
+        texel[1] = brightness;
+    else if (part == ReflectancePart::metal)
+        texel[2] = brightness;
+    else if (part == ReflectancePart::specular)
+        reflect(from[3] / 255.0);
+    else {
+        const auto linear = [&](std::size_t c) { return colour[c] * static_cast<float>(linear_table()[from[c]]); };
+        reflect(static_cast<double>(std::max({linear(0), linear(1), linear(2)})) / 65535);
+    }
+}
+
 void settle_reflectance(Texture &image) {
     const Reflectance factors = image.use.factors;
+    const bool has_specular = image.use.content == ImageContent::specular_roughness_metal;
     const std::span<const std::uint16_t> linear = linear_table();
     for (auto &texel : image.texels) {
         const double brightest = linear[std::max({texel[0], texel[1], texel[2]})] / 65535.0;
@@ -44,7 +68,7 @@ void settle_reflectance(Texture &image) {
             image.use.content == ImageContent::specular_gloss
                 ? reflectance_of(factors.specular * brightest, factors.roughness * (texel[3] / 255.0))
                 : Reflectance{factors.roughness * (texel[1] / 255.0), factors.metal * (texel[2] / 255.0),
-                              factors.specular};
+                              factors.specular * (has_specular ? texel[0] / 255.0 : 1)};
         const auto [roughness, metal, specular] = texel_of(here);
         texel = {roughness, metal, specular, 255};
     }

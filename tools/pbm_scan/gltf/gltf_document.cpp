@@ -19,11 +19,6 @@
 namespace pbm::build {
 namespace {
 
-constexpr std::size_t kGlbHeader = 12, kChunkHeader = 8;
-constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942; // "JSON", "BIN"
-
-std::uint32_t word(ByteView bytes, std::size_t at) { return load<std::uint32_t>(bytes.data() + at); }
-
 // Accessors without data, and decompressed views, may claim this much more than the file has bytes.
 constexpr std::size_t kFreeElements = std::size_t{1} << 24;
 
@@ -81,101 +76,14 @@ std::string name_of(const char *array, std::size_t index) {
     return std::string(array) + "[" + (is_index ? std::to_string(index) : "?") + "]";
 }
 
-std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
-    std::vector<std::uint8_t> bytes;
-    bytes.reserve(text.size() / 4 * 3);
-    std::uint32_t bits = 0;
-    int count = 0;
-    for (const char c : text) {
-        if (c == '=')
-            break;
-        const int value = c >= 'A' && c <= 'Z'   ? c - 'A'
-                          : c >= 'a' && c <= 'z' ? c - 'a' + 26
-                          : c >= '0' && c <= '9' ? c - '0' + 52
-                          : c == '+' || c == '-' ? 62
-                          : c == '/' || c == '_' ? 63
-                                                 : -1;
-        if (value < 0)
-            return std::nullopt;
-        bits = bits << 6 | static_cast<std::uint32_t>(value);
-        count += 6;
-        if (count >= 8) {
-            count -= 8;
-            bytes.push_back(static_cast<std::uint8_t>(bits >> count));
-        }
-    }
-    return bytes;
-}
-
-std::string without_percents(std::string_view uri) {
-    const auto digit = [](char c) {
-        return c >= '0' && c <= '9'   ? c - '0'
-               : c >= 'a' && c <= 'f' ? c - 'a' + 10
-               : c >= 'A' && c <= 'F' ? c - 'A' + 10
-                                      : -1;
-    };
-    std::string text;
-    for (std::size_t i = 0; i < uri.size(); ++i) {
-        if (uri[i] == '%' && i + 2 < uri.size() && digit(uri[i + 1]) >= 0 && digit(uri[i + 2]) >= 0) {
-            text += static_cast<char>(16 * digit(uri[i + 1]) + digit(uri[i + 2]));
-            i += 2;
-        } else {
-            text += uri[i];
-        }
-    }
-    return text;
-}
-
-bool is_data(std::string_view uri) { return uri.starts_with("data:"); }
-
-// The chunks of a GLB file.
-struct GlbChunks {
-    ByteView json{}, binary{};
-    std::vector<AttributeReport> report{};
-};
-
-Result<GlbChunks> chunks_of(ByteView file) {
-    if (file.size() < kGlbHeader + kChunkHeader)
-        return bad_input("a GLB file of " + std::to_string(file.size()) + " bytes: it is cut short");
-    if (word(file, 4) == 1)
-        return Error{ErrorCode::unsupported_version, 4, "glTF 1; export it as glTF 2"};
-    const std::size_t announced = word(file, 8);
-    if (announced > file.size())
-        return bad_input("the GLB file announces " + std::to_string(announced) + " bytes and has " +
-                             std::to_string(file.size()) + ": it is cut short; copy or export it again",
-                         8);
-    GlbChunks chunks;
-    if (announced >= kGlbHeader + kChunkHeader) {
-        report_trailing(chunks.report, file.size() - announced, "behind the GLB file");
-        file = file.first(announced);
-    }
-    bool has_json = false;
-    const auto is_binary = [&](std::size_t at) {
-        return at <= file.size() && file.size() - at >= kChunkHeader && word(file, at + 4) == kBinaryChunk;
-    };
-    for (std::size_t at = kGlbHeader; file.size() - at >= kChunkHeader;) {
-        const std::size_t length = word(file, at), type = word(file, at + 4);
-        at += kChunkHeader;
-        if (length > file.size() - at)
-            return bad_input("a chunk of " + std::to_string(length) +
-                                 " bytes goes beyond the end of the GLB file: it is cut short or damaged",
-                             at - kChunkHeader);
-        if (type == kJsonChunk && !has_json)
-            chunks.json = file.subspan(at, length), has_json = true;
-        else if (type == kBinaryChunk && chunks.binary.empty())
-            chunks.binary = file.subspan(at, length);
-        else if (length != 0)
-            drop_once(chunks.report, "further chunks", "not known to glTF 2");
-        at += length;
-        // Some writers do not count the bytes that fill a chunk up to a multiple of four.
-        if (const std::size_t filled = (at + 3) / 4 * 4; filled != at && !is_binary(at) && is_binary(filled)) {
-            chunks.report.push_back({"chunks", Fate::converted, "the length of one leaves out the bytes that fill it"});
-            at = filled;
-        }
-    }
-    if (!has_json)
-        return bad_input("the GLB file has no JSON; export it again", kGlbHeader);
-    return chunks;
+std::vector<AttributeReport> report_of(const GltfChunks &chunks) {
+    std::vector<AttributeReport> report;
+    report_trailing(report, chunks.bytes_behind, "behind the GLB file");
+    if (chunks.has_further)
+        drop_once(report, "further chunks", "not known to glTF 2");
+    if (chunks.is_miscounted)
+        report.push_back({"chunks", Fate::converted, "the length of one leaves out the bytes that fill it"});
+    return report;
 }
 
 // The filter COLOR of KHR_meshopt_compression: luma and two chroma components, of as many bits as the highest one of
@@ -200,7 +108,7 @@ template <class T, class Signed> void decode_colours(std::vector<std::uint8_t> &
 } // namespace
 
 std::optional<NamedFile> file_of_uri(const std::string &scan, const std::string &uri) {
-    if (scan.empty() || uri.empty() || is_data(uri))
+    if (scan.empty() || uri.empty() || is_data_uri(uri))
         return std::nullopt;
     NamedFile named = name_beside(scan, without_percents(uri));
     named.name = uri;
@@ -210,14 +118,10 @@ std::optional<NamedFile> file_of_uri(const std::string &scan, const std::string 
 }
 
 Result<GltfDocument> GltfDocument::open(const ScanFile &file) {
-    GlbChunks chunks{.json = file.bytes};
-    if (as_text(file.bytes).starts_with("glTF")) {
-        Result<GlbChunks> found = chunks_of(file.bytes);
-        if (!found)
-            return found.error();
-        chunks = std::move(*found);
-    }
-    const ByteView json = chunks.json;
+    const Result<GltfChunks> chunks = gltf_chunks(file.bytes);
+    if (!chunks)
+        return chunks.error();
+    const ByteView json = chunks->json;
     if (json.size() > kMaxGltfJson)
         return too_large("more than 256 MiB of JSON; export the scan as GLB");
     try {
@@ -227,8 +131,8 @@ Result<GltfDocument> GltfDocument::open(const ScanFile &file) {
             return bad_input("no glTF file: its JSON has no asset with a version");
         if (version.starts_with("1"))
             return Error{ErrorCode::unsupported_version, 0, "glTF 1; export it as glTF 2"};
-        GltfDocument document(std::move(parsed), chunks.binary, file.path, file.bytes.size());
-        document.report_ = std::move(chunks.report);
+        GltfDocument document(std::move(parsed), chunks->binary, file.path, file.bytes.size());
+        document.report_ = report_of(*chunks);
         return document;
     } catch (const Json::parse_error &error) {
         const auto start = static_cast<std::size_t>(json.data() - file.bytes.data());
@@ -240,15 +144,8 @@ Result<GltfDocument> GltfDocument::open(const ScanFile &file) {
 }
 
 Result<GltfResource> GltfDocument::resource(const std::string &uri) const {
-    if (is_data(uri)) {
-        const std::size_t comma = uri.find(',');
-        if (comma == std::string::npos || uri.substr(0, comma).find(";base64") == std::string::npos)
-            return bad_input("a data URI that is not in base64");
-        auto bytes = from_base64(std::string_view(uri).substr(comma + 1));
-        if (!bytes)
-            return bad_input("a data URI with a character that is not of base64");
-        return GltfResource{.decoded = std::move(*bytes)};
-    }
+    if (is_data_uri(uri))
+        return read_data_uri(uri);
     const auto named = file_of_uri(path_, uri);
     if (!named || named->file.empty())
         return bad_input("there is no file " + printable_in_quotes(uri) + " beside the scan" +

@@ -6,7 +6,7 @@
 #include "pbm_scan/surface/scan_format.h"
 #include "system/bytes.h"
 #include "system/error.h"
-#include "system/files/mapped_file.h"
+#include "system/files/gltf_bytes.h"
 
 #include <cstdint>
 #include <map>
@@ -18,13 +18,6 @@ namespace pbm::build {
 
 // Bytes. A file with a larger JSON text is refused.
 inline constexpr std::size_t kMaxGltfJson = std::size_t{256} << 20;
-
-// The bytes that a URI of a glTF file stands for.
-struct GltfResource {
-    std::optional<MappedFile> file{};    // if the URI names a file beside the scan
-    std::vector<std::uint8_t> decoded{}; // if the URI holds the bytes itself, as a data: URI does
-    ByteView bytes() const { return file ? file->bytes() : ByteView(decoded); }
-};
 
 // The file that a URI names, without its percent signs; nothing for data in the URI, or if the scan has no place.
 std::optional<NamedFile> file_of_uri(const std::string &scan, const std::string &uri);

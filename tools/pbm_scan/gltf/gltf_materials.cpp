@@ -3,6 +3,7 @@
 #include "pbm_format/model/point_values.h"
 #include "pbm_scan/conventions/colour_range.h"
 #include "pbm_scan/conventions/reflectance.h"
+#include "pbm_scan/images/read_image.h"
 #include "pbm_scan/text/printable.h"
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/text_number.h"
@@ -43,6 +44,11 @@ const Json *colour_factor(const Json &material) {
     const Json *const glossy = member(member(&material, "extensions"), "KHR_materials_pbrSpecularGlossiness");
     return glossy != nullptr ? member(glossy, "diffuseFactor")
                              : member(member(&material, "pbrMetallicRoughness"), "baseColorFactor");
+}
+
+TextureUse use_in(const GltfImage &image, TextureUse use) {
+    use.wrap = image.wrap;
+    return use;
 }
 
 // KHR_texture_transform: scaled, turned, moved.
@@ -91,32 +97,48 @@ GltfMaterials::GltfMaterials(GltfDocument &document, const ReadOptions &options,
     }
 }
 
-std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use) {
+// The number makes it unique.
+std::string GltfMaterials::name_of(std::size_t image) const {
     const Json *const described = item(document_.root("images"), image);
-    const std::string uri = text_of(described, "uri"), given = text_of(described, "name");
-    const std::string name = !uri.empty() && !uri.starts_with("data:") ? uri
-                             : given.empty()                           ? "images[" + std::to_string(image) + "]"
-                                                                       : given;
-    const auto drop = [&](const std::string &why) {
-        drop_once(report_, "texture image " + printable_in_quotes(name), why, Warning::missing_image);
-        return Surface::kNoTexture;
-    };
-    // The number makes the name unique.
-    const std::string key = std::to_string(image) + "/" + name;
-    if (const auto of_view = index_of(described, "bufferView")) {
-        const auto view = document_.view(*of_view);
-        return view ? images_.of_bytes(key, view->bytes, use) : drop(view.error().message);
-    }
-    if (uri.empty())
-        return drop("it has neither bytes nor a file");
-    const auto resource = document_.resource(uri);
-    return resource ? images_.of_bytes(key, resource->bytes(), use) : drop(resource.error().message);
+    const std::string uri = text_of(described, "uri"), given = text_of(described, "name"),
+                      number = std::to_string(image);
+    return number + "/" +
+           (!uri.empty() && !uri.starts_with("data:") ? uri
+            : given.empty()                           ? "images[" + number + "]"
+                                                      : given);
 }
 
-bool GltfMaterials::read_image(const Json &used, TextureUse use, GltfImage &image) {
+Result<ByteView> GltfMaterials::bytes_of(std::size_t image, GltfResource &resource) {
+    const Json *const described = item(document_.root("images"), image);
+    if (const auto of_view = index_of(described, "bufferView")) {
+        const auto view = document_.view(*of_view);
+        return view ? Result<ByteView>(view->bytes) : view.error();
+    }
+    const std::string uri = text_of(described, "uri");
+    if (uri.empty())
+        return bad_input("it has neither bytes nor a file");
+    auto opened = document_.resource(uri);
+    if (!opened)
+        return opened.error();
+    resource = std::move(*opened);
+    return resource.bytes();
+}
+
+std::uint16_t GltfMaterials::load_image(std::size_t image, const TextureUse &use) {
+    const std::string name = name_of(image);
+    GltfResource resource;
+    const auto bytes = bytes_of(image, resource);
+    if (bytes)
+        return images_.of_bytes(name, *bytes, use);
+    drop_once(report_, "texture image " + printable_in_quotes(name.substr(name.find('/') + 1)), bytes.error().message,
+              Warning::missing_image);
+    return Surface::kNoTexture;
+}
+
+std::optional<std::size_t> GltfMaterials::find_image(const Json &used, GltfImage &image) {
     const Json *const texture = item(document_.root("textures"), index_of(&used, "index").value_or(~std::size_t{0}));
     if (texture == nullptr)
-        return false;
+        return std::nullopt;
     const Json *const extensions = member(texture, "extensions");
     const auto webp = index_of(member(extensions, "EXT_texture_webp"), "source");
     const auto source = webp ? webp : index_of(texture, "source");
@@ -126,16 +148,23 @@ bool GltfMaterials::read_image(const Json &used, TextureUse use, GltfImage &imag
                       ? "KTX2 is not read; export it with PNG, JPEG or WebP"
                       : "its texture names no image that is read here",
                   Warning::missing_image);
-        return false;
+        return std::nullopt;
     }
     const Json *const sampler =
         item(document_.root("samplers"), index_of(texture, "sampler").value_or(~std::size_t{0}));
-    use.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")};
-    image.texture = load_image(*source, use);
+    image.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")};
     const Json *const transform = member(member(&used, "extensions"), "KHR_texture_transform");
     image.transform = transform_of(transform);
     const auto set = index_of(transform, "texCoord");
     image.coordinates = "TEXCOORD_" + std::to_string(set ? *set : index_of(&used, "texCoord").value_or(0));
+    return source;
+}
+
+bool GltfMaterials::read_image(const Json &used, const TextureUse &use, GltfImage &image) {
+    const auto source = find_image(used, image);
+    if (!source)
+        return false;
+    image.texture = load_image(*source, use_in(image, use));
     return true;
 }
 
@@ -163,6 +192,54 @@ void GltfMaterials::read_normal_map(const Json &used, GltfMaterial &material) {
         Layer::normals, &used, "normalTexture",
         {.content = ImageContent::normals, .relief = static_cast<float>(scale), .is_green_down = options_.flip_green},
         material);
+}
+
+// Adds an image to those that say how a material reflects, which become one and lie at `place`.
+void GltfMaterials::add_reflectance_image(const Json &used, const char *name, ReflectancePart part, GltfImage &place,
+                                          std::vector<ReflectanceImage> &images) {
+    GltfImage image;
+    const auto source = find_image(used, image);
+    if (!source)
+        return drop_once(report_, std::string(name) + " of materials", "it names no image that is read here",
+                         Warning::missing_image);
+    if (!images.empty() && !image.lies_as(place))
+        return drop_once(report_, std::string(name) + " of materials",
+                         "it does not lie as the other images of how they reflect; its factor counts");
+    place = image;
+    images.push_back(
+        {.name = name_of(*source), .part = part, .read = [this, part, image = *source]() -> Result<Texture> {
+             GltfResource resource;
+             const auto bytes = bytes_of(image, resource);
+             return bytes ? build::read_image(*bytes, part == ReflectancePart::specular_colour) : bytes.error();
+         }});
+}
+
+// `factors`: of all images. Specular is a product of two factors and two images.
+void GltfMaterials::read_reflectance_images(const Json *roughness_metal, const Json *specular,
+                                            const Reflectance &factors, GltfMaterial &material) {
+    const TextureUse use{.content = ImageContent::roughness_metal, .factors = factors};
+    const Json *const of_factor = member(specular, "specularTexture");
+    const Json *const of_colour = member(specular, "specularColorTexture");
+    if (of_factor == nullptr && of_colour == nullptr)
+        return read_layer(Layer::reflectance, roughness_metal, "metallicRoughnessTexture", use, material);
+    GltfImage &place = material.layers[static_cast<std::size_t>(Layer::reflectance)];
+    std::vector<ReflectanceImage> images;
+    if (roughness_metal != nullptr)
+        add_reflectance_image(*roughness_metal, "metallicRoughnessTexture", ReflectancePart::roughness_metal, place,
+                              images);
+    if (of_factor != nullptr)
+        add_reflectance_image(*of_factor, "specularTexture", ReflectancePart::specular, place, images);
+    const std::size_t before = images.size();
+    if (of_colour != nullptr)
+        add_reflectance_image(*of_colour, "specularColorTexture", ReflectancePart::specular_colour, place, images);
+    if (images.size() > before) {
+        // `factors` has the strongest channel.
+        const glm::vec4 colour = factor_of(member(specular, "specularColorFactor"));
+        const float strongest = std::max({colour.x, colour.y, colour.z});
+        for (int c = 0; c < 3 && strongest > 0; ++c)
+            images.back().colour[static_cast<std::size_t>(c)] = colour[c] / strongest;
+    }
+    place.texture = images_.of_reflectance(images, use_in(place, use));
 }
 
 void GltfMaterials::read_reflectance(const Json &described, GltfMaterial &material) {
@@ -195,8 +272,7 @@ void GltfMaterials::read_reflectance(const Json &described, GltfMaterial &materi
                                   share(specular, "specularFactor", 1) *
                                       strongest(member(specular, "specularColorFactor"))};
         material.reflectance = factors;
-        read_layer(Layer::reflectance, member(metallic, "metallicRoughnessTexture"), "metallicRoughnessTexture",
-                   {.content = ImageContent::roughness_metal, .factors = factors}, material);
+        read_reflectance_images(member(metallic, "metallicRoughnessTexture"), specular, factors, material);
     }
     if (material.reflectance)
         set_reflectance(*material.reflectance, material.material);
@@ -307,6 +383,11 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
         drop(metallic, "metallicRoughnessTexture", "unlit materials reflect nothing");
         drop(glossy, "specularGlossinessTexture", "unlit materials reflect nothing");
     }
+    if (is_lamp || is_unlit || glossy != nullptr)
+        for (const char *const key : {"specularTexture", "specularColorTexture"})
+            drop(member(extensions, "KHR_materials_specular"), key,
+                 glossy != nullptr ? "KHR_materials_pbrSpecularGlossiness says the same"
+                                   : "unlit materials reflect nothing");
     if (!made.reflectance) {
         const char *const why = is_lamp || is_unlit ? "unlit materials have the same colour in any light"
                                                     : "how these materials reflect light cannot be read";
@@ -316,9 +397,6 @@ const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
         if (!is_lamp && emits)
             drop(described, "emissiveFactor", why);
     }
-    const Json *const specular = member(extensions, "KHR_materials_specular");
-    drop(specular, "specularTexture", "the factor counts");
-    drop(specular, "specularColorTexture", "the factor counts");
     return made;
 }
 

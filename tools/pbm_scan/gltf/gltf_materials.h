@@ -20,8 +20,13 @@ namespace pbm::build {
 struct GltfImage {
     std::uint16_t texture = Surface::kNoTexture; // it may be that it cannot be read
     std::string coordinates = "TEXCOORD_0";
-    glm::mat3 transform{1};  // of the texture coordinates
-    bool is_uniform = false; // one texel, which lies everywhere
+    std::array<Wrap, 2> wrap{}; // to the right, downwards
+    glm::mat3 transform{1};     // of the texture coordinates
+    bool is_uniform = false;    // one texel, which lies everywhere
+
+    bool lies_as(const GltfImage &other) const {
+        return coordinates == other.coordinates && wrap == other.wrap && transform == other.transform;
+    }
 };
 
 struct GltfMaterial {
@@ -66,11 +71,20 @@ class GltfMaterials {
     void read_occlusion(const Json &described, GltfMaterial &material);
     void complete_reflectance(GltfMaterial &material);
     void read_normal_map(const Json &texture, GltfMaterial &material);
-    // Loads the image of a texture, which `use` describes but for its wrapping. False: it names none.
-    bool read_image(const Json &used, TextureUse use, GltfImage &image);
+    void read_reflectance_images(const Json *roughness_metal, const Json *specular, const Reflectance &factors,
+                                 GltfMaterial &material);
+    void add_reflectance_image(const Json &used, const char *name, ReflectancePart part, GltfImage &place,
+                               std::vector<ReflectanceImage> &images);
+    // Says where the image of a texture lies, and returns its number. Nothing: it names none.
+    std::optional<std::size_t> find_image(const Json &used, GltfImage &image);
+    // Loads it too; `use` describes it but for its wrapping. False: it names none.
+    bool read_image(const Json &used, const TextureUse &use, GltfImage &image);
     // The same of an image in a layer, if there is a texture; `name`: of the texture, for the report.
     void read_layer(Layer layer, const Json *texture, const char *name, const TextureUse &use, GltfMaterial &material);
     std::uint16_t load_image(std::size_t image, const TextureUse &use);
+    std::string name_of(std::size_t image) const;
+    // `resource` holds bytes that the document does not.
+    Result<ByteView> bytes_of(std::size_t image, GltfResource &resource);
 
     GltfDocument &document_;
     const ReadOptions &options_;

@@ -126,9 +126,11 @@ void GltfPrimitives::report_attributes(const Json &attributes, const GltfPrimiti
                        (name == "TANGENT" && out.material->has_image_of(Layer::normals));
         out.material->for_images(
             [&, &used = name](const GltfImage &image) { is_used = is_used || used == image.coordinates; });
-        if (!is_used && index_of(&accessor))
+        if (is_used)
+            used_.insert(printable(name));
+        else if (index_of(&accessor))
             drop_once(report_, printable(name),
-                      name.starts_with("TEXCOORD") ? "no image of colours belongs to them"
+                      name.starts_with("TEXCOORD") ? "no image belongs to them"
                       : name == "TANGENT"          ? "no normal map belongs to them"
                                                    : "not used by PBM");
     }
@@ -470,7 +472,10 @@ ColourRange GltfPrimitives::colour_range() const {
     return counts.range(ColourNumbers::any);
 }
 
-void GltfPrimitives::report_loose() {
+void GltfPrimitives::finish_report() {
+    std::erase_if(report_, [&](const AttributeReport &line) {
+        return line.name.starts_with("TEXCOORD") && line.fate == Fate::dropped && used_.contains(line.name);
+    });
     std::uint64_t loose = 0;
     for (const auto &[accessor, vertices] : shared_)
         if (!vertices.are_all_named && vertices.rounds != 0)

@@ -10,6 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include <map>
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -60,8 +61,9 @@ class GltfPrimitives {
     // That of COLOR_0 of all primitives read so far.
     ColourRange colour_range() const;
 
-    // Reports vertices of shared accessors that no primitive names. Call it last.
-    void report_loose();
+    // Reports vertices of shared accessors that no primitive names, and takes back what was said of texture coordinates
+    // that other primitives use. Call it last.
+    void finish_report();
 
     // Limit of vertices, also of all instances together.
     std::uint64_t max_vertices() const;
@@ -100,6 +102,7 @@ class GltfPrimitives {
     GltfMaterials &materials_;
     const ReadOptions &options_;
     std::vector<AttributeReport> &report_;
+    std::set<std::string> used_; // attributes that some primitive needs
     std::map<std::tuple<std::size_t, std::vector<double>, bool>, std::vector<GltfPrimitive>> meshes_;
     std::map<std::size_t, std::size_t> uses_;                                  // of accessors of positions
     std::map<std::size_t, Shared> shared_;                                     // by the accessor of positions

@@ -364,7 +364,7 @@ class GltfReader {
         };
         if (Status shown = primitives_.report_splats(surface_.positions.empty()); !shown)
             return shown.error();
-        primitives_.report_loose();
+        primitives_.finish_report();
         kept("POSITION", "positions, with the transforms of the nodes");
         if (has_skins_)
             kept("skins", "in the pose that the nodes of their joints have");

@@ -2,6 +2,7 @@
 
 #include "pbm_scan/images/image_decoder.h"
 #include "pbm_scan/surface/refusal.h"
+#include "system/files/mapped_file.h"
 #include "system/processes/child_process.h"
 
 #include <array>
@@ -83,6 +84,11 @@ Result<Texture> read_image(ByteView bytes, bool are_colours) {
     texture.width = size.width;
     texture.height = size.height;
     return texture;
+}
+
+Result<Texture> read_image_file(const std::string &path, bool are_colours) {
+    const Result<MappedFile> file = MappedFile::open(path);
+    return file ? read_image(file->bytes(), are_colours) : file.error();
 }
 
 } // namespace pbm::build

@@ -5,6 +5,8 @@
 #include "system/bytes.h"
 #include "system/error.h"
 
+#include <string>
+
 namespace pbm::build {
 
 // Limits of an image: texels per edge, and in all.
@@ -18,5 +20,10 @@ inline constexpr std::uint64_t kMaxTextureTexels = std::uint64_t{1} << 28;
 //         unsupported_feature  HDR, or a kind of image that is not read (image_decoder.h)
 //         memory               the child reached a limit
 Result<Texture> read_image(ByteView bytes, bool are_colours = true);
+
+// The same of a file.
+//
+// errors  io  it cannot be opened
+Result<Texture> read_image_file(const std::string &path, bool are_colours = true);
 
 } // namespace pbm::build

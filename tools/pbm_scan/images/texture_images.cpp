@@ -1,9 +1,9 @@
 #include "pbm_scan/images/texture_images.h"
 
 #include "pbm_scan/conventions/normal_maps.h"
-#include "pbm_scan/conventions/reflectance.h"
 #include "pbm_scan/images/read_image.h"
 #include "pbm_scan/text/printable.h"
+#include "pbm_scan/text/text_lines.h"
 #include "system/files/mapped_file.h"
 
 #include <algorithm>
@@ -21,11 +21,11 @@ std::string orientation_note(std::uint8_t orientation) {
     return orientation == 1 ? "" : "; its orientation (" + std::to_string(orientation) + ") is not applied";
 }
 
-Result<Texture> read_file(const std::string &path) {
-    const Result<MappedFile> file = MappedFile::open(path);
-    if (!file)
-        return file.error();
-    return read_image(file->bytes());
+AttributeReport line_of_image(const std::string &name, const Texture &image, const std::string &note) {
+    return {line_name(name), Fate::converted,
+            std::to_string(image.width) + " x " + std::to_string(image.height) + note +
+                (image.has_stray_bytes ? "; bytes that belong to no part of the image left out" : "") +
+                orientation_note(image.orientation)};
 }
 
 Texture one_texel(const std::array<std::uint8_t, 4> &texel) { return {.width = 1, .height = 1, .texels = {texel}}; }
@@ -34,7 +34,9 @@ Texture one_texel(const std::array<std::uint8_t, 4> &texel) { return {.width = 1
 std::string settled(Texture &texture) {
     if (texture.use.content == ImageContent::colours)
         return ", to colours of points";
-    if (texture.use.content == ImageContent::roughness_metal || texture.use.content == ImageContent::specular_gloss) {
+    if (texture.use.content == ImageContent::roughness_metal ||
+        texture.use.content == ImageContent::specular_roughness_metal ||
+        texture.use.content == ImageContent::specular_gloss) {
         settle_reflectance(texture);
         return ", to materials of points";
     }
@@ -55,13 +57,11 @@ TextureUse without_holes(TextureUse use) {
     return use;
 }
 
-// Gives `image` the opacity that another image says: its own, or its brightness if it is opaque. False, and nothing
-// changed: that is the same image, and opaque; or both together are too large.
-bool take_opacity(Texture &image, const Texture &opacity, bool is_inverted, bool is_same) {
-    const bool has_opacity =
-        std::any_of(opacity.texels.begin(), opacity.texels.end(), [](const auto &texel) { return texel[3] != 255; });
-    const std::uint32_t width = std::max(image.width, opacity.width), height = std::max(image.height, opacity.height);
-    if ((is_same && !has_opacity) || std::uint64_t{width} * height > kMaxTextureTexels)
+// Makes `image` as large as the larger of both, and calls mix(texel, texel of the other one). False, and nothing
+// changed: that is too large.
+template <class Mix> bool mix_in(Texture &image, const Texture &other, const Mix &mix) {
+    const std::uint32_t width = std::max(image.width, other.width), height = std::max(image.height, other.height);
+    if (std::uint64_t{width} * height > kMaxTextureTexels)
         return false;
     std::vector<std::array<std::uint8_t, 4>> texels;
     texels.reserve(std::size_t{width} * height);
@@ -70,17 +70,27 @@ bool take_opacity(Texture &image, const Texture &opacity, bool is_inverted, bool
             const auto at = [&](const Texture &from) {
                 return from.texels[y * from.height / height * from.width + x * from.width / width];
             };
-            std::array<std::uint8_t, 4> texel = at(image);
-            const std::array<std::uint8_t, 4> other = at(opacity);
-            const auto brightness = static_cast<std::uint8_t>((other[0] + other[1] + other[2]) / 3);
-            texel[3] = has_opacity ? other[3] : brightness;
-            texel[3] = is_inverted ? static_cast<std::uint8_t>(255 - texel[3]) : texel[3];
-            texels.push_back(texel);
+            texels.push_back(at(image));
+            mix(texels.back(), at(other));
         }
     image.texels = std::move(texels);
     image.width = width;
     image.height = height;
     return true;
+}
+
+// Gives `image` the opacity that another image says: its own, or its brightness if it is opaque. False, and nothing
+// changed: that is the same image, and opaque; or both together are too large.
+bool take_opacity(Texture &image, const Texture &opacity, bool is_inverted, bool is_same) {
+    const bool has_opacity =
+        std::any_of(opacity.texels.begin(), opacity.texels.end(), [](const auto &texel) { return texel[3] != 255; });
+    if (is_same && !has_opacity)
+        return false;
+    return mix_in(image, opacity, [&](std::array<std::uint8_t, 4> &texel, const std::array<std::uint8_t, 4> &other) {
+        const auto brightness = static_cast<std::uint8_t>((other[0] + other[1] + other[2]) / 3);
+        texel[3] = has_opacity ? other[3] : brightness;
+        texel[3] = is_inverted ? static_cast<std::uint8_t>(255 - texel[3]) : texel[3];
+    });
 }
 
 } // namespace
@@ -106,7 +116,7 @@ std::uint16_t TextureImages::of_files(const std::string &path, const Rgb8 &colou
     Key key{opacity.path + (opacity.is_inverted ? "\n-\n" : "\n") + tint + "\n" + path, use};
     if (const auto known = numbers_.find(key); known != numbers_.end())
         return known->second;
-    Result<Texture> of_opacity = read_file(opacity.path);
+    Result<Texture> of_opacity = read_image_file(opacity.path);
     if (!of_opacity) {
         drop(Key(opacity.path, use), of_opacity.error().message);
         return path.empty() ? Surface::kNoTexture : of_file(path, without_holes(use));
@@ -114,7 +124,7 @@ std::uint16_t TextureImages::of_files(const std::string &path, const Rgb8 &colou
     const bool is_same = path == opacity.path;
     Result<Texture> image = path.empty() ? one_texel({colour[0], colour[1], colour[2], 255})
                             : is_same    ? *of_opacity
-                                         : read_file(path);
+                                         : read_image_file(path);
     if (!image)
         return drop(Key(path, use), image.error().message);
     if (!take_opacity(*image, *of_opacity, opacity.is_inverted, is_same))
@@ -123,6 +133,46 @@ std::uint16_t TextureImages::of_files(const std::string &path, const Rgb8 &colou
     const std::uint16_t number = add(key, std::move(*image));
     numbers_.emplace(Key{opacity.path + (opacity.is_inverted ? "\n-\n" : "\n") + tint + "\n" + path, use}, number);
     return number;
+}
+
+std::uint16_t TextureImages::of_reflectance(std::span<const ReflectanceImage> images, TextureUse use,
+                                            const ReflectanceTexel &plain) {
+    use.content = ImageContent::specular_roughness_metal;
+    Key key{std::to_string(plain[1]) + " " + std::to_string(plain[2]), use};
+    for (const ReflectanceImage &image : images) {
+        key.first += "\n" + std::to_string(static_cast<int>(image.part)) + " " + image.name;
+        for (const float factor : image.colour)
+            key.first += " " + std::to_string(factor);
+    }
+    if (const auto known = numbers_.find(key); known != numbers_.end())
+        return known->second;
+    Texture all = one_texel({plain[0], plain[1], plain[2], 255});
+    std::size_t count = 0;
+    for (const ReflectanceImage &image : images) {
+        const Result<Texture> read = image.read();
+        if (!read) {
+            drop_once(report_, line_name(image.name), read.error().message, Warning::missing_image);
+            continue;
+        }
+        const bool fits =
+            mix_in(all, *read, [&](auto &texel, const auto &from) { set_part(image.part, image.colour, from, texel); });
+        if (!fits) {
+            drop_once(report_, line_name(image.name), "too large together with others of its material");
+            continue;
+        }
+        AttributeReport line = line_of_image(image.name, *read, ", to materials of points");
+        const auto is_same = [&](const AttributeReport &said) {
+            return said.name == line.name && said.note == line.note;
+        };
+        if (std::none_of(report_.begin(), report_.end(), is_same)) // one image may have several parts
+            report_.push_back(std::move(line));
+        ++count;
+    }
+    if (count == 0)
+        return numbers_.emplace(std::move(key), Surface::kNoTexture).first->second;
+    all.use = key.second;
+    settle_reflectance(all);
+    return keep(std::move(key), std::move(all));
 }
 
 std::uint16_t TextureImages::of_texel(const TextureUse &use) {
@@ -143,18 +193,23 @@ std::uint16_t TextureImages::add(Key key, ByteView bytes) {
 }
 
 std::uint16_t TextureImages::add(Key key, Texture texture) {
+    texture.use = key.second;
+    if (texture.use.content == ImageContent::normals && is_of_object(texture))
+        return drop(key, "its normals are those of the object, not of the directions along the surface");
+    const std::string note = settled(texture);
+    AttributeReport line = line_of_image(key.first, texture, note);
+    const std::uint16_t number = keep(std::move(key), std::move(texture));
+    if (number != Surface::kNoTexture)
+        report_.push_back(std::move(line));
+    return number;
+}
+
+std::uint16_t TextureImages::keep(Key key, Texture texture) {
     if (surface_.textures.size() == Surface::kNoTexture)
         return drop(key, "more images than can be numbered");
     bytes_ += 4 * texture.texels.size();
     if (bytes_ > kMaxBytes)
         return drop(key, "the images need more than 8 GiB; make them smaller");
-    texture.use = key.second;
-    if (texture.use.content == ImageContent::normals && is_of_object(texture))
-        return drop(key, "its normals are those of the object, not of the directions along the surface");
-    report_.push_back({line_name(key.first), Fate::converted,
-                       std::to_string(texture.width) + " x " + std::to_string(texture.height) + settled(texture) +
-                           (texture.has_stray_bytes ? "; bytes that belong to no part of the image left out" : "") +
-                           orientation_note(texture.orientation)});
     surface_.textures.push_back(std::move(texture));
     const auto number = static_cast<std::uint16_t>(surface_.textures.size() - 1);
     numbers_.emplace(std::move(key), number);
@@ -212,7 +267,7 @@ void report_textures(Surface &surface) {
     }
     const auto without = std::count(surface.texture_ids.begin(), surface.texture_ids.end(), Surface::kNoTexture);
     surface.report.push_back({"texture coordinates", Fate::converted,
-                              listed(uses, " and ") + " of points" +
+                              enumerated(uses) + " of points" +
                                   (without == 0 ? "" : "; " + std::to_string(without) + " triangles have no image")});
 }
 

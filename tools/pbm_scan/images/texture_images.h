@@ -1,11 +1,15 @@
 // The images of a surface while a reader builds its triangles.
 #pragma once
 
+#include "pbm_scan/conventions/reflectance.h"
 #include "pbm_scan/surface/surface.h"
 #include "system/bytes.h"
 
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +20,14 @@ namespace pbm::build {
 struct OpacityFile {
     std::string path;
     bool is_inverted = false; // its white is transparent
+};
+
+// An image of several that say together how a material reflects.
+struct ReflectanceImage {
+    std::string name; // identifies the image
+    ReflectancePart part{};
+    std::array<float, 3> colour{1, 1, 1}; // of `specular_colour`: linear factors, 0..1
+    std::function<Result<Texture>()> read;
 };
 
 // Reads each image once, when it is first used. One that cannot be read is reported as dropped, and has the number
@@ -32,6 +44,11 @@ class TextureImages {
     // `colour`. Where the second one cannot be read, or says nothing that the first does not, the image cuts no holes.
     std::uint16_t of_files(const std::string &path, const Rgb8 &colour, const OpacityFile &opacity,
                            const TextureUse &use);
+    // The same of how a material reflects, from images that lie alike; the result is as large as the largest of them.
+    // `use`: with the factors of all. `plain`: factor of specular, roughness and metal where no image says otherwise.
+    // Images that cannot be read are left out.
+    std::uint16_t of_reflectance(std::span<const ReflectanceImage> images, TextureUse use,
+                                 const ReflectanceTexel &plain = {255, 255, 255});
     // The same of one white texel, which the report does not name: of factors alone.
     std::uint16_t of_texel(const TextureUse &use);
     // The same of bytes in memory; `name` identifies them.
@@ -44,6 +61,8 @@ class TextureImages {
     using Key = std::pair<std::string, TextureUse>;
     std::uint16_t add(Key key, ByteView bytes);
     std::uint16_t add(Key key, Texture texture);
+    // The same without a line in the report.
+    std::uint16_t keep(Key key, Texture texture);
     std::uint16_t drop(const Key &key, const std::string &why);
 
     Surface &surface_;

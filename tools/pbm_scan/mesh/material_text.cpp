@@ -1,6 +1,7 @@
 #include "pbm_scan/mesh/material_text.h"
 
 #include "pbm_scan/conventions/colour_range.h"
+#include "pbm_scan/conventions/reflectance.h"
 #include "pbm_scan/text/text_lines.h"
 #include "pbm_scan/text/text_number.h"
 #include "pbm_scan/text/words.h"
@@ -92,6 +93,12 @@ MaterialImage *image_of(std::string_view keyword, NamedMaterial &named) {
     }
     if (keyword == "norm" || keyword == "map_norm")
         return &named.normal_image;
+    if (keyword == "map_pr")
+        return &named.roughness_image;
+    if (keyword == "map_pm")
+        return &named.metal_image;
+    if (keyword == "map_ke" || keyword == "map_emissive")
+        return &named.emission_image;
     return keyword == "bump" || keyword == "map_bump" ? &named.bump_image : nullptr;
 }
 
@@ -122,6 +129,20 @@ bool read_statement(std::string_view word, std::string_view words, NamedMaterial
             return false;
         material.power = static_cast<float>(std::clamp(one, 1.0, 1024.0));
         once("Ns of materials", Fate::kept, "specular power, 1 to 1,024");
+    } else if (keyword == "pr" || keyword == "pm") {
+        if (!read_numbers(words, {&one, 1}))
+            return false;
+        (keyword == "pr" ? named.roughness : named.metal) = unit(one);
+        once(keyword == "pr" ? "Pr of materials" : "Pm of materials", Fate::converted,
+             "to coefficients of reflection, in place of Ks and Ns");
+    } else if (keyword == "ke") {
+        if (!read_numbers(words, three))
+            return false;
+        for (std::size_t i = 0; i < 3; ++i)
+            named.emission[i] = static_cast<std::uint8_t>(unit(three[i]) * 255 + 0.5);
+        if (named.emission != Rgb8{})
+            once("Ke of materials", Fate::converted,
+                 "light that is added to the colours of points, which keep that share of them without light");
     } else if (keyword == "d" || keyword == "tr") {
         if (!read_numbers(words, {&one, 1}))
             return false;
@@ -135,18 +156,16 @@ bool read_statement(std::string_view word, std::string_view words, NamedMaterial
         for (const std::string &option : dropped)
             drop_once(report, "option " + option + " of images", "not used by PBM");
     } else if (keyword.starts_with("map_")) {
-        drop_once(report, std::string(word.substr(0, 16)) + " of materials",
-                  "PBM has colours of points, no other images");
+        drop_once(report, std::string(word.substr(0, 16)) + " of materials", "materials of points have no such part");
     } else {
         // Of the format and of its extensions for physically based materials.
-        constexpr std::array<std::string_view, 16> kKnown{"Ka",    "Ke",     "Tf",   "Ni",   "illum", "sharpness",
-                                                          "refl",  "Pr",     "Pm",   "Ps",   "Pc",    "Pcr",
-                                                          "aniso", "anisor", "disp", "decal"};
+        constexpr std::array<std::string_view, 13> kKnown{"Ka", "Tf",  "Ni",    "illum",  "sharpness", "refl", "Ps",
+                                                          "Pc", "Pcr", "aniso", "anisor", "disp",      "decal"};
         const auto *const known = std::find_if(kKnown.begin(), kKnown.end(),
                                                [&](std::string_view name) { return lower_case(name) == keyword; });
         drop_once(report,
                   known != kKnown.end() ? std::string(*known) + " of materials" : "further statements of materials",
-                  "not used by PBM");
+                  known != kKnown.end() ? "materials of points have no such part" : "not understood");
     }
     return true;
 }
@@ -174,6 +193,18 @@ void finish_colours(std::span<NamedMaterial> materials, std::vector<AttributeRep
         line->note = "their colours, in 0.." + number_text(white) + ", to sRGB of 8 bits";
     }
     line->note += range.note();
+}
+
+void finish_reflectance(NamedMaterial &named) {
+    const bool is_physical =
+        named.roughness || named.metal || !named.roughness_image.file.empty() || !named.metal_image.file.empty();
+    if (!is_physical && !named.emits())
+        return;
+    named.reflectance = reflectance_of(named.material);
+    if (!is_physical)
+        return;
+    named.reflectance = {named.roughness.value_or(named.reflectance->roughness), named.metal.value_or(0)};
+    set_reflectance(*named.reflectance, named.material);
 }
 
 void read_materials(std::string_view text, const Material &default_material, std::vector<NamedMaterial> &materials,

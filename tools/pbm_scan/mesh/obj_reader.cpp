@@ -1,4 +1,6 @@
+#include "pbm_format/model/point_values.h"
 #include "pbm_scan/images/files_beside.h"
+#include "pbm_scan/images/read_image.h"
 #include "pbm_scan/images/texture_images.h"
 #include "pbm_scan/mesh/material_text.h"
 #include "pbm_scan/mesh/mesh_attributes.h"
@@ -53,6 +55,15 @@ struct MaterialFiles {
     std::vector<AttributeReport> report;
 };
 
+// Images of how a material reflects become one, so they have to lie alike.
+void lay_reflectance_alike(NamedMaterial &material, std::vector<AttributeReport> &report) {
+    MaterialImage &roughness = material.roughness_image, &metal = material.metal_image;
+    if (roughness.file.empty() || metal.file.empty() || roughness.lies_as(metal))
+        return;
+    metal.file.clear();
+    drop_once(report, "map_Pm of materials", "it does not lie as map_Pr does");
+}
+
 // One place in both images belongs to a point of the surface.
 void lay_alike(NamedMaterial &material, std::vector<AttributeReport> &report) {
     MaterialImage &image = material.image, &opacity = material.opacity_image;
@@ -62,7 +73,7 @@ void lay_alike(NamedMaterial &material, std::vector<AttributeReport> &report) {
         image = opacity;
         image.file.clear();
     }
-    if (image.scale == opacity.scale && image.offset == opacity.offset && image.is_clamped == opacity.is_clamped)
+    if (image.lies_as(opacity))
         return;
     opacity.file.clear();
     drop_once(report, "map_d of materials", "it does not lie as map_Kd does");
@@ -102,12 +113,15 @@ MaterialFiles read_material_files(std::span<const NamedFile> files, const Materi
             image = found.images.back().file;
         };
         for (std::size_t i = first; i < found.materials.size(); ++i) {
-            find(found.materials[i].image.file);
-            find(found.materials[i].opacity_image.file);
-            find(found.materials[i].normal_image.file);
-            find(found.materials[i].bump_image.file);
-            lay_alike(found.materials[i], found.report);
-            choose_relief(found.materials[i], found.report);
+            NamedMaterial &material = found.materials[i];
+            for (MaterialImage *const image :
+                 {&material.image, &material.opacity_image, &material.normal_image, &material.bump_image,
+                  &material.roughness_image, &material.metal_image, &material.emission_image})
+                find(image->file);
+            lay_alike(material, found.report);
+            choose_relief(material, found.report);
+            lay_reflectance_alike(material, found.report);
+            finish_reflectance(material);
         }
     }
     finish_colours(found.materials, found.report);
@@ -118,7 +132,7 @@ MaterialFiles read_material_files(std::span<const NamedFile> files, const Materi
 class MaterialTable {
   public:
     MaterialTable(const ObjText &text, const std::vector<NamedMaterial> &named, const Material &default_material)
-        : used_{default_material}, numbers_(text.materials.size(), 0), looks_(text.materials.size()) {
+        : used_{default_material}, reflectances_(1), numbers_(text.materials.size(), 0), looks_(text.materials.size()) {
         for (std::size_t i = 0; i < text.materials.size(); ++i) {
             auto found = std::find_if(named.begin(), named.end(), [&](const NamedMaterial &material) {
                 return material.name == text.materials[i];
@@ -134,14 +148,19 @@ class MaterialTable {
             }
             const auto same = std::find(used_.begin(), used_.end(), found->material);
             numbers_[i] = static_cast<std::uint16_t>(same - used_.begin());
-            if (same == used_.end())
+            if (same == used_.end()) {
                 used_.push_back(found->material);
+                reflectances_.resize(used_.size());
+                reflectances_.back() = found->reflectance;
+            }
             looks_[i] = *found;
         }
     }
 
     // The default one is the first.
     const std::vector<Material> &used() const { return used_; }
+    // [used] what they come from; none: from coefficients.
+    const std::vector<std::optional<Reflectance>> &reflectances() const { return reflectances_; }
     bool has_several() const { return used_.size() > 1; }
     // Names that no file defines.
     const std::vector<std::string> &undefined() const { return undefined_; }
@@ -153,6 +172,7 @@ class MaterialTable {
 
   private:
     std::vector<Material> used_;
+    std::vector<std::optional<Reflectance>> reflectances_;
     std::vector<std::uint16_t> numbers_; // [names] of `used_`
     std::vector<NamedMaterial> looks_;   // [names]
     std::vector<std::string> undefined_;
@@ -164,6 +184,7 @@ TextureUse use_of(Wrap wrap) { return {.wrap = {wrap, wrap}}; }
 struct LaidImage {
     std::uint16_t texture = Surface::kNoTexture;
     MaterialImage lies{};
+    bool is_uniform = false; // one texel, which lies everywhere
 };
 
 // Builds the triangles of the faces, with the copies of vertices that they need.
@@ -172,7 +193,7 @@ class ObjFaces {
     ObjFaces(ObjText &text, const MaterialTable &materials, TextureImages &images, bool is_green_down, Surface &surface)
         : text_(text), materials_(materials), images_(images), surface_(surface),
           copies_(text.positions.size(), materials.has_several()), is_green_down_(is_green_down) {
-        if (!text.corner_textures.empty())
+        if (!text.face_sizes.empty())
             place_of_.resize(text.positions.size());
         surface.positions = std::move(text.positions);
     }
@@ -218,6 +239,43 @@ class ObjFaces {
         const bool has_image = look != nullptr && !(look->image.file.empty() && look->opacity_image.file.empty());
         colours_ = has_image ? LaidImage{texture_of(*look), look->image} : LaidImage{};
         relief_ = look == nullptr ? LaidImage{} : relief_of(*look);
+        reflectance_ = look == nullptr ? LaidImage{} : reflectance_of(*look);
+        emission_ = look == nullptr ? LaidImage{} : emission_of(*look);
+        plain_reflectance_ =
+            emission_.texture == Surface::kNoTexture
+                ? Surface::kNoTexture
+                : images_.of_texel({.content = ImageContent::roughness_metal, .factors = *look->reflectance});
+    }
+
+    LaidImage reflectance_of(const NamedMaterial &look) {
+        std::vector<ReflectanceImage> images;
+        LaidImage laid;
+        for (const auto &[image, part] : {std::pair(&look.metal_image, ReflectancePart::metal),
+                                          {&look.roughness_image, ReflectancePart::roughness}})
+            if (const std::string &file = image->file; !file.empty()) {
+                images.push_back({.name = file, .part = part, .read = [file] { return read_image_file(file, false); }});
+                laid.lies = *image;
+            }
+        if (images.empty())
+            return {};
+        const auto byte = [](double share) { return static_cast<std::uint8_t>(share * 255 + 0.5); };
+        TextureUse use = use_of(laid.lies.is_clamped ? Wrap::clamp : Wrap::repeat);
+        use.factors = {.roughness = 1, .metal = 1};
+        laid.texture = images_.of_reflectance(images, use,
+                                              {255, byte(look.reflectance->roughness), byte(look.reflectance->metal)});
+        return laid;
+    }
+
+    LaidImage emission_of(const NamedMaterial &look) {
+        TextureUse use = use_of(look.emission_image.is_clamped ? Wrap::clamp : Wrap::repeat);
+        use.content = ImageContent::emission;
+        if (!look.emission_image.file.empty())
+            return {.texture = images_.of_file(look.emission_image.file, use), .lies = look.emission_image};
+        if (look.emission == Rgb8{})
+            return {};
+        for (std::size_t c = 0; c < 3; ++c)
+            use.light[c] = static_cast<float>(linear_table()[look.emission[c]]) / 65535;
+        return {.texture = images_.of_texel(use), .is_uniform = true};
     }
 
     LaidImage relief_of(const NamedMaterial &look) {
@@ -245,6 +303,11 @@ class ObjFaces {
 
     // Where an image lies at the corners of the face, for set_textures; false: nowhere.
     bool lay(const LaidImage &image, std::span<const std::uint32_t> corners, std::size_t first_corner) {
+        if (image.is_uniform) {
+            for (const std::uint32_t corner : corners)
+                place_of_[corner] = {};
+            return image.texture != Surface::kNoTexture;
+        }
         bool is_laid = image.texture != Surface::kNoTexture && !text_.corner_textures.empty();
         for (std::size_t i = 0; i < corners.size() && is_laid; ++i) {
             const std::uint32_t place = text_.corner_textures[first_corner + i];
@@ -273,6 +336,13 @@ class ObjFaces {
         set(relief_, [&](std::size_t i, std::uint16_t texture, const TextureCorners &at) {
             set_texture(surface_, Layer::normals, i, texture, at);
         });
+        set(reflectance_, [&](std::size_t i, std::uint16_t texture, const TextureCorners &at) {
+            set_texture(surface_, Layer::reflectance, i, texture == Surface::kNoTexture ? plain_reflectance_ : texture,
+                        at);
+        });
+        set(emission_, [&](std::size_t i, std::uint16_t texture, const TextureCorners &at) {
+            set_texture(surface_, Layer::emission, i, texture, at);
+        });
     }
 
     // Gives copies of vertices their places and colours.
@@ -299,10 +369,11 @@ class ObjFaces {
     TextureImages &images_;
     Surface &surface_;
     VertexCopies copies_;
-    std::vector<glm::vec2> place_of_; // [vertices] in the image of the current face
-    std::uint16_t material_ = 0;      // of the current face
-    LaidImage colours_, relief_;      // the same
-    bool is_green_down_;              // of normal maps
+    std::vector<glm::vec2> place_of_;                       // [vertices] in the image of the current face
+    std::uint16_t material_ = 0;                            // of the current face
+    LaidImage colours_, relief_, reflectance_, emission_;   // the same
+    std::uint16_t plain_reflectance_ = Surface::kNoTexture; // where there is emission, and no image of reflectance
+    bool is_green_down_;                                    // of normal maps
 };
 
 // Smoothing groups count where corners have no normals.
@@ -330,7 +401,8 @@ void keep_smoothing(Surface &surface) {
 }
 
 // More materials than a model holds become colours of vertices.
-void keep_materials(std::vector<std::uint16_t> of_vertices, const std::vector<Material> &materials, Surface &surface) {
+void keep_materials(std::vector<std::uint16_t> of_vertices, const MaterialTable &table, Surface &surface) {
+    const std::vector<Material> &materials = table.used();
     if (materials.size() == 1)
         return;
     of_vertices.resize(surface.positions.size(), 0);
@@ -340,6 +412,7 @@ void keep_materials(std::vector<std::uint16_t> of_vertices, const std::vector<Ma
         if (numbers[material] == kNoMaterial) {
             numbers[material] = static_cast<std::uint16_t>(surface.materials.size());
             surface.materials.push_back(materials[material]);
+            surface.reflectances.push_back(table.reflectances()[material]);
         }
     }
     if (surface.materials.size() <= kMaxMaterials) {
@@ -350,6 +423,7 @@ void keep_materials(std::vector<std::uint16_t> of_vertices, const std::vector<Ma
     const std::string count =
         std::to_string(surface.materials.size()) + " of them, a model has " + std::to_string(kMaxMaterials);
     surface.materials.clear();
+    surface.reflectances.clear();
     if (!surface.colours.empty()) {
         surface.report.push_back({"materials", Fate::dropped, count + "; the points have colours of their own"});
         return;
@@ -399,7 +473,7 @@ Result<Surface> read_obj(const ScanFile &file, const ReadOptions &options) {
     if (!materials.undefined().empty() && !is_said)
         surface.report.push_back({"materials " + listed(materials.undefined()), Fate::converted,
                                   "no file defines them: the default material"});
-    keep_materials(faces.materials(), materials.used(), surface);
+    keep_materials(faces.materials(), materials, surface);
     if (options.progress)
         options.progress(1.0);
     surface.report.insert(surface.report.end(), found.report.begin(), found.report.end());

@@ -49,8 +49,9 @@ enum class ImageContent : std::uint8_t {
     emission,        // sRGB of light that the surface emits; in files without its factors
     darkness,        // red: share of ambient light that does not arrive
     roughness_metal, // of files: green is roughness, blue is metal
-    specular_gloss,  // of files: sRGB of the reflection, opacity is gloss
-    occlusion,       // of files: red is the share of ambient light that arrives
+    specular_roughness_metal, // of several files: the same, and red is a factor of specular
+    specular_gloss,           // of files: sRGB of the reflection, opacity is gloss
+    occlusion,                // of files: red is the share of ambient light that arrives
 };
 inline bool are_colours(ImageContent content) {
     return content == ImageContent::colours || content == ImageContent::emission;

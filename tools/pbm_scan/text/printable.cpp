@@ -67,6 +67,10 @@ std::string listed(std::span<const std::string> names, std::string_view separato
     return text;
 }
 
+std::string enumerated(std::span<const std::string> names) {
+    return names.size() < 2 ? listed(names) : listed(names.first(names.size() - 1)) + " and " + names.back();
+}
+
 std::string counted(std::uint64_t count, const char *what) {
     std::string noun = what;
     if (count != 1)

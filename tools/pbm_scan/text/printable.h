@@ -17,6 +17,9 @@ std::string printable_in_quotes(std::string_view text);
 // beyond 64 entries become "7 more".
 std::string listed(std::span<const std::string> names, std::string_view separator = ", ");
 
+// "a", "a and b", "a, b and c".
+std::string enumerated(std::span<const std::string> names);
+
 std::string counted(std::uint64_t count, const char *what); // "1 point", "2 points", "2 vertices"
 
 // As printf, at most 255 characters.

@@ -160,6 +160,12 @@ bool build_quality(Look &look) {
         options.render.shading = static_cast<Shading>(shading);
         changed = true;
     }
+    constexpr float kMostStops = 4;
+    auto stops = static_cast<float>(options.finish.exposure);
+    if (ImGui::SliderFloat("Exposure", &stops, -kMostStops, kMostStops, "%+.1f stops", ImGuiSliderFlags_AlwaysClamp)) {
+        options.finish.exposure = static_cast<double>(stops);
+        changed = true;
+    }
     int cue = static_cast<int>(look.depth_cue());
     if (ImGui::Combo("Depth cue", &cue, "none\0eye-dome\0ambient occlusion\0")) {
         options.depth_cue = static_cast<DepthCue>(cue);

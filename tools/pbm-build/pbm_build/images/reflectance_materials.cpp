@@ -185,7 +185,7 @@ std::string sources_of(const Surface &surface) {
         sources.emplace_back("emission");
     if (!surface.layer(Layer::occlusion).ids.empty())
         sources.emplace_back("occlusion");
-    return listed(std::span(sources).first(sources.size() - 1)) + " and " + sources.back();
+    return enumerated(sources);
 }
 
 } // namespace

@@ -55,32 +55,27 @@ std::array<std::size_t, 3> corners_in_order(const Surface &surface, std::size_t 
     return order;
 }
 
-// Areas of triangles in 2^-36 of the squared diagonal of the surface.
-class Areas {
-  public:
-    explicit Areas(const Surface &surface) : surface_(surface) {
-        glm::dvec3 low(HUGE_VAL), high(-HUGE_VAL);
-        for (const glm::dvec3 &p : surface.positions) {
-            low = glm::min(low, p);
-            high = glm::max(high, p);
-        }
-        const glm::dvec3 diagonal = high - low;
-        scale_ = std::ldexp(1 / glm::dot(diagonal, diagonal), 36);
+// [triangles] areas in 2^-36 of the squared diagonal of the surface, at least 1.
+std::vector<std::uint64_t> areas_of(const Surface &surface) {
+    glm::dvec3 low(HUGE_VAL), high(-HUGE_VAL);
+    for (const glm::dvec3 &p : surface.positions) {
+        low = glm::min(low, p);
+        high = glm::max(high, p);
     }
-    // At least 1.
-    std::uint64_t of(std::size_t triangle) const {
-        const auto order = corners_in_order(surface_, triangle);
+    const glm::dvec3 diagonal = high - low;
+    const double scale = std::ldexp(1 / glm::dot(diagonal, diagonal), 36);
+    std::vector<std::uint64_t> areas;
+    areas.reserve(surface.triangles.size());
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+        const auto order = corners_in_order(surface, i);
         const auto place = [&](std::size_t k) -> const glm::dvec3 & {
-            return surface_.positions[surface_.triangles[triangle][static_cast<int>(order[k])]];
+            return surface.positions[surface.triangles[i][static_cast<int>(order[k])]];
         };
-        const double area = scale_ * glm::length(glm::cross(place(1) - place(0), place(2) - place(0))) / 2;
-        return area >= 1 && area < 0x1p40 ? static_cast<std::uint64_t>(area) : 1;
+        const double area = scale * glm::length(glm::cross(place(1) - place(0), place(2) - place(0))) / 2;
+        areas.push_back(area >= 1 && area < 0x1p40 ? static_cast<std::uint64_t>(area) : 1);
     }
-
-  private:
-    const Surface &surface_;
-    double scale_;
-};
+    return areas;
+}
 
 // The look of a triangle without an image of reflectance: that of its material. Nothing: it has none.
 std::optional<LookTexel> look_of_material(const Surface &surface, std::size_t triangle) {
@@ -98,12 +93,12 @@ std::uint16_t image_of(const std::vector<std::uint16_t> &ids, std::size_t triang
 void add_texels(const Surface &surface, int threads, Cells &cells) {
     const std::vector<std::uint16_t> &ids = surface.layer(Layer::reflectance).ids;
     std::vector<std::uint64_t> area_of(surface.textures.size(), 0);
-    const Areas areas(surface);
+    const std::vector<std::uint64_t> areas = areas_of(surface);
     for (std::size_t i = 0; i < surface.triangles.size(); ++i)
         if (const std::uint16_t image = image_of(ids, i); image != Surface::kNoTexture)
-            area_of[image] += areas.of(i);
+            area_of[image] += areas[i];
         else if (const auto look = look_of_material(surface, i))
-            cells.add(*look, areas.of(i));
+            cells.add(*look, areas[i]);
     const std::vector<TextureCoverage> coverages = covered_texels(surface, threads);
     for (std::size_t k = 0; k < area_of.size(); ++k) {
         const auto &texels = surface.textures[k].texels;
@@ -211,13 +206,11 @@ template <class Visit> void visit_centroids(std::uint64_t size, const Visit &vis
 // least one of each triangle.
 void add_places(const Surface &surface, Cells &cells) {
     constexpr std::uint64_t kPlaces = std::uint64_t{1} << 18, kMaxSize = 1024;
-    const Areas areas(surface);
-    std::uint64_t all = 0;
-    for (std::size_t i = 0; i < surface.triangles.size(); ++i)
-        all += areas.of(i);
+    const std::vector<std::uint64_t> areas = areas_of(surface);
+    const std::uint64_t all = std::accumulate(areas.begin(), areas.end(), std::uint64_t{0});
     const std::vector<std::uint16_t> &ids = surface.layer(Layer::reflectance).ids;
     for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
-        const std::uint64_t area = areas.of(i);
+        const std::uint64_t area = areas[i];
         if (image_of(ids, i) == Surface::kNoTexture) {
             if (const auto look = look_of_material(surface, i))
                 cells.add(*look, area);
