@@ -69,9 +69,9 @@ std::optional<double> FrameScheduler::due() const {
 }
 
 std::optional<double> FrameScheduler::refinement_due() const {
-    if (!changed_)
-        return complete() ? std::optional(0.0) : std::nullopt;
-    return shown_ ? std::optional(std::max(*changed_, drawn_at_) + kStill) : std::nullopt;
+    if (!shown_ || ((!changed_ || is_exact()) && !complete()))
+        return std::nullopt;
+    return changed_ ? std::max(*changed_, drawn_at_) + kStill : 0;
 }
 
 bool FrameScheduler::fits(double error, double part, const PointsAt &points_at) const {

@@ -73,8 +73,8 @@ class FrameScheduler {
     std::optional<Step> next(double now, const PointsAt &points_at) const;
     // When `next` will have an answer; absent if that needs an arrival or a change.
     std::optional<double> due() const;
-    // When the picture of the current view may be refined: once the view rests. Absent before it has a picture, and for
-    // the first view of a model before that has full detail.
+    // When the picture of the current view may be refined: once the view rests. Absent before it has a picture, while
+    // an exact one lacks chunks, and for the first view of a model before its picture is exact.
     std::optional<double> refinement_due() const;
     // When the view changed last; absent before it has.
     std::optional<double> changed() const { return changed_; }

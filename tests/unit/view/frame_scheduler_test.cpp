@@ -147,6 +147,17 @@ TEST(FrameScheduler, RefinesOnlyAViewThatRests) {
     EXPECT_NEAR(*scheduler.refinement_due(), 10.01 + FrameScheduler::kStill, 1e-9);
 }
 
+// Chunks that do not fit into the memory are not asked for again and again.
+TEST(FrameScheduler, DoesNotRefineAnExactPictureThatLacksChunks) {
+    FrameScheduler scheduler = rested(30);
+    scheduler.drawn(picture(moving_error(scheduler, 10)), 10.03);
+    EXPECT_TRUE(scheduler.refinement_due());
+    scheduler.drawn(picture(kExact, false), 10.2);
+    EXPECT_FALSE(scheduler.refinement_due());
+    scheduler.drawn(picture(kExact), 10.3);
+    EXPECT_NEAR(*scheduler.refinement_due(), 10.3 + FrameScheduler::kStill, 1e-9);
+}
+
 // The refined picture takes the place of the exact one.
 TEST(FrameScheduler, RefinesAViewThatMovedWithoutTheExactPicture) {
     FrameScheduler scheduler = rested(30);
