@@ -520,8 +520,10 @@ void SurfaceOffsets::begin(const ChunkView &chunk) {
         bricks_.push_back(listed);
     }
     bricks_.push_back({.points_before = static_cast<std::uint32_t>(total)});
-    sides_.resize(chunk.normals.size() + kBrickPoints + kMaxLanes);
-    HWY_DYNAMIC_DISPATCH(list_sides)(chunk.normals, sides_.data());
+    constexpr std::size_t kPadding = kBrickPoints + kMaxLanes;
+    sides_ = std::make_unique_for_overwrite<std::uint8_t[]>(chunk.normals.size() + kPadding);
+    std::fill_n(sides_.get() + chunk.normals.size(), kPadding, std::uint8_t{0});
+    HWY_DYNAMIC_DISPATCH(list_sides)(chunk.normals, sides_.get());
 }
 
 const SurfaceOffsets::Brick &SurfaceOffsets::find(std::uint64_t place) const {
@@ -551,7 +553,7 @@ void SurfaceOffsets::estimate(const ChunkView &chunk, std::uint32_t brick, Brick
     BrickNeighbours around;
     find_neighbours(listed, around);
     HWY_DYNAMIC_DISPATCH(estimate_brick)
-    (listed, around, {chunk.masks, node_points_.data(), sides_.data(), chunk.normals}, to);
+    (listed, around, {chunk.masks, node_points_.data(), sides_.get(), chunk.normals}, to);
 }
 
 void SurfaceOffsets::estimate(const ChunkView &chunk, std::span<std::int8_t> to) {

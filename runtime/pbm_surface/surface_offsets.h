@@ -15,6 +15,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -89,7 +90,7 @@ class SurfaceOffsets {
 
     std::vector<Brick> bricks_;              // an empty brick, those of the chunk, an empty brick
     std::vector<std::uint16_t> node_points_; // [nodes]: number of the brick's points before those of the node
-    std::vector<std::uint8_t> sides_;        // [points]: directions of their normals; padded
+    std::unique_ptr<std::uint8_t[]> sides_;  // [points]: directions of their normals; padded
     std::vector<std::uint32_t> table_;       // hash table of bricks by place; 0: free slot
 };
 

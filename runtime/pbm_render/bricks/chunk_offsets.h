@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pbm_render/bricks/brick_culling.h"
+#include "pbm_render/picture/framebuffer.h"
 #include "pbm_surface/surface_offsets.h"
 
 #include <atomic>
@@ -56,7 +57,8 @@ class ChunkOffsets {
     mutable std::mutex mutex_;        // of `begin`
     mutable bool has_begun_ = false;
     mutable SurfaceOffsets surface_;
-    mutable std::vector<std::int8_t> offsets_;               // of the bricks, each padded
+    // Of the bricks, each padded. Those of bricks that no picture shows stay uninitialized, and their pages untouched.
+    mutable std::vector<std::int8_t, UninitializedAllocator<std::int8_t>> offsets_;
     mutable std::vector<std::atomic<std::uint32_t>> starts_; // [bricks]: index of its first offset
 };
 

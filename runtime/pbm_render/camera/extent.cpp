@@ -23,7 +23,7 @@ constexpr double kDenseReach = 0.95;
 constexpr std::size_t kFewVoxels = 64;
 
 struct Voxel {
-    MortonCode code;
+    std::array<std::uint32_t, 3> place;
     double margin; // voxel edges by which discs may stand out
 };
 
@@ -81,8 +81,9 @@ void mark_cluster(std::size_t start, std::uint32_t number, int level, std::vecto
 void remove_specks(std::vector<Voxel> &all, int level) {
     const int cluster_level = std::min(level, kClusterLevel);
     const auto cell_of = [&](const Voxel &voxel) {
-        const auto [x, y, z] = morton_decode(voxel.code >> (3 * (level - cluster_level)));
-        return (((std::size_t{z} << cluster_level) + y) << cluster_level) + x;
+        const int finer = level - cluster_level;
+        const auto [x, y, z] = voxel.place;
+        return (((std::size_t{z >> finer} << cluster_level) + (y >> finer)) << cluster_level) + (x >> finer);
     };
     std::vector<std::uint32_t> cluster_of(std::size_t{1} << (3 * cluster_level), 0);
     for (const Voxel &voxel : all)
@@ -113,34 +114,33 @@ std::vector<glm::dvec3> outer_corners(const std::vector<Voxel> &voxels, int leve
     const auto edge = std::size_t{1} << level;
     std::array<std::vector<Row>, 3> rows; // [axis][place along the other two axes]
     rows.fill(std::vector<Row>(edge * edge));
-    std::vector<std::array<std::uint32_t, 3>> places;
-    places.reserve(voxels.size());
     const auto row_of = [&](const std::array<std::uint32_t, 3> &place, std::size_t axis) -> Row & {
         return rows[axis][place[(axis + 1) % 3] * edge + place[(axis + 2) % 3]];
     };
-    for (const auto &[code, margin] : voxels) {
-        const auto &place = places.emplace_back(morton_decode(code));
+    for (const Voxel &voxel : voxels)
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            Row &row = row_of(place, axis);
-            row = {std::min(row.first, place[axis]), std::max(row.last, place[axis])};
+            Row &row = row_of(voxel.place, axis);
+            row = {std::min(row.first, voxel.place[axis]), std::max(row.last, voxel.place[axis])};
         }
-    }
     std::vector<glm::dvec3> corners;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        const auto &place = places[i];
-        const double margin = voxels[i].margin;
+    for (const auto &[place, margin] : voxels) {
         unsigned first = 0, last = 0; // a bit per axis
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const Row &row = row_of(place, axis);
             first |= unsigned{place[axis] == row.first} << axis;
             last |= unsigned{place[axis] == row.last} << axis;
         }
-        for (unsigned corner = 0; corner < 8; ++corner)
-            if ((corner & ~last) == 0 && (~corner & 7 & ~first) == 0) {
-                const glm::dvec3 outwards(corner & 1, corner >> 1 & 1, corner >> 2);
-                corners.push_back(glm::dvec3(place[0], place[1], place[2]) + outwards +
-                                  margin * (2.0 * outwards - 1.0));
-            }
+        if ((first | last) != 7)
+            continue;
+        // Both ends of a row of one voxel: all combinations of those axes.
+        const unsigned both = first & last;
+        for (unsigned some = 0;; some = (some - both) & both) {
+            const unsigned corner = (last & ~first) | some;
+            const glm::dvec3 outwards(corner & 1, corner >> 1 & 1, corner >> 2);
+            corners.push_back(glm::dvec3(place[0], place[1], place[2]) + outwards + margin * (2.0 * outwards - 1.0));
+            if (some == both)
+                break;
+        }
     }
     return corners;
 }
@@ -205,7 +205,8 @@ Extent find_extent(const Grid &grid, const CoarseVoxels &coarse) {
     const bool draws_some = std::find(hidden.begin(), hidden.end(), 0) != hidden.end();
     for (std::size_t i = 0; i < codes.size(); ++i)
         if (!draws_some || i >= hidden.size() || hidden[i] == 0)
-            voxels.push_back({codes[i], i < radii.size() ? margin_of(radii[i], level, is_finest, dense_reach) : 0});
+            voxels.push_back(
+                {morton_decode(codes[i]), i < radii.size() ? margin_of(radii[i], level, is_finest, dense_reach) : 0});
     remove_specks(voxels, level);
     Extent extent{.sphere = {}, .corners = outer_corners(voxels, level)};
     extent.sphere = enclose(extent.corners);

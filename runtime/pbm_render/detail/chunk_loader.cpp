@@ -299,9 +299,20 @@ void ChunkLoader::list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) 
             wanted.push_back(range);
 }
 
-void ChunkLoader::will_need(ChunkPlace place) const {
-    for (const FileRange range : ranges_of(place))
-        reader_.source().will_need(range);
+void ChunkLoader::will_need(std::span<const MissingChunk> chunks) const {
+    std::vector<FileRange> ranges;
+    for (const MissingChunk &chunk : chunks)
+        for (const FileRange range : ranges_of(chunk.place))
+            if (range.bytes > 0)
+                ranges.push_back(range);
+    std::sort(ranges.begin(), ranges.end(), [](const FileRange &a, const FileRange &b) { return a.offset < b.offset; });
+    // Chunks beside each other are read at once: each request is a call of the kernel.
+    for (auto range = ranges.begin(); range != ranges.end();) {
+        FileRange joined = *range;
+        while (++range != ranges.end() && range->offset - joined.offset <= joined.bytes)
+            joined.bytes = std::max(joined.bytes, range->offset - joined.offset + range->bytes);
+        reader_.source().will_need(joined);
+    }
 }
 
 void ChunkLoader::drop_bytes(ChunkPlace place) const {

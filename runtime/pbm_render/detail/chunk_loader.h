@@ -58,8 +58,8 @@ class ChunkLoader {
     bool has_bytes(ChunkPlace place) const;
     // Appends those ranges of the chunk in the file that the source lacks.
     void list_wanted(ChunkPlace place, std::vector<FileRange> &wanted) const;
-    // Starts to read the chunk's bytes, so that several chunks are read at a time.
-    void will_need(ChunkPlace place) const;
+    // Starts to read the bytes of chunks, so that several are read at a time.
+    void will_need(std::span<const MissingChunk> chunks) const;
     // Drops the chunk's bytes from the source; a task has its own.
     void drop_bytes(ChunkPlace place) const;
 

@@ -210,8 +210,7 @@ Result<Detail> StreamedModel::load(const DetailView &view) try {
                 return !parts_->cache.has_parent(chunk.place) || !parts_->loader.has_bytes(chunk.place);
             });
         }
-        for (const MissingChunk &chunk : detail.missing)
-            parts_->loader.will_need(chunk.place);
+        parts_->loader.will_need(detail.missing);
         const bool complete = detail.missing.empty();
         // The errors include that of a damaged directory.
         if (frame == nullptr)

@@ -124,22 +124,22 @@ HWY_INLINE bool weigh_samples(const SplatAtPixel &splat, float across, const Sam
     return !hn::AllFalse(d, hn::Gt(largest, hn::Zero(d)));
 }
 
-HWY_INLINE void add_to_samples(const SurfacePoint &point, std::size_t channels, const float *weights,
-                               SurfaceGroup *sums) {
+template <std::size_t kGroups>
+HWY_INLINE void add_to_samples(const SurfacePoint &point, const float *weights, SurfaceGroup *sums) {
     const Samples d;
     for (std::size_t i = 0; i < SampledPixels::kSamples; i += hn::Lanes(d)) {
         const auto weight = hn::LoadU(d, weights + i);
-        for (std::size_t channel = 0; channel < channels; ++channel) {
+        for (std::size_t channel = 0; channel < kGroups * kGroupChannels; ++channel) {
             float *const to = sums[channel].channels.data() + i;
             hn::StoreU(hn::Add(hn::LoadU(d, to), hn::Mul(weight, hn::Set(d, point.channels[channel]))), d, to);
         }
     }
 }
 
-void blend_samples(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,
-                   const SurfacePoints &looks, const SampledPixels::Offsets &offsets, const BlendedSide &side,
-                   SampledPixels &pixels) {
-    const std::size_t channels = pixels.groups * kGroupChannels;
+template <std::size_t kGroups>
+void blend_groups(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,
+                  const SurfacePoints &looks, const SampledPixels::Offsets &offsets, const BlendedSide &side,
+                  SampledPixels &pixels) {
     SplatGroup group;
     const Ellipses &e = group.ellipses;
     for (const std::unique_ptr<StripPoints::Block> &block : points.blocks()) {
@@ -167,11 +167,19 @@ void blend_samples(const FrameGeometry &frame, const DepthStrip &strip, const St
                         if (!is_read)
                             read_point(frame, *block, i + lane, looks, point);
                         is_read = true;
-                        add_to_samples(point, channels, weights.data(), pixels.sums.data() + pixel * channels);
+                        add_to_samples<kGroups>(point, weights.data(),
+                                                pixels.sums.data() + pixel * kGroups * kGroupChannels);
                     });
             }
         }
     }
+}
+
+void blend_samples(const FrameGeometry &frame, const DepthStrip &strip, const StripPoints &points,
+                   const SurfacePoints &looks, const SampledPixels::Offsets &offsets, const BlendedSide &side,
+                   SampledPixels &pixels) {
+    const auto blend = pixels.groups == 1 ? blend_groups<1> : pixels.groups == 2 ? blend_groups<2> : blend_groups<3>;
+    blend(frame, strip, points, looks, offsets, side, pixels);
 }
 
 } // namespace pbm::HWY_NAMESPACE

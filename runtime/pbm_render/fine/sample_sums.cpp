@@ -50,11 +50,10 @@ SampleSums::Columns SampleSums::lit_columns(int y) const {
 void SampleSums::look_at(int y, Float4 behind, Rows &to) const {
     const Float4 *const sums = sums_at(y);
     const auto root_of = [&](Float4 sum) {
-        const Float4 light = sum + behind * (1 - sum[3]);
-        Float4 root{0, 0, 0, sum[3]};
-        for (int k = 0; k < 3; ++k)
-            root[k] = std::sqrt(std::clamp(light[k], 0.0F, 1.0F));
-        return root;
+        constexpr Float4 kBlack{}, kWhite{1, 1, 1, 1};
+        const Float4 light = sum + behind * (1 - sum[3]), positive = light < kBlack ? kBlack : light,
+                     clamped = positive > kWhite ? kWhite : positive;
+        return Float4{std::sqrt(clamped[0]), std::sqrt(clamped[1]), std::sqrt(clamped[2]), sum[3]};
     };
     const Columns lit = to.lit[Rows::index(y)] = lit_columns(y);
     Float4 *const roots = to.pixels(y);

@@ -106,18 +106,19 @@ struct SampledPixels {
     // which there is at least one.
     template <class Visit>
     [[gnu::always_inline]] void for_each_in_box(int left, int right, int box_top, int box_bottom, Visit &&visit) const {
-        const auto first_word = static_cast<std::size_t>(left / PixelBits::kBits),
-                   last_word = static_cast<std::size_t>((right - 1) / PixelBits::kBits);
+        constexpr std::size_t kBits = PixelBits::kBits;
+        const std::size_t first_word = static_cast<std::size_t>(left) / kBits,
+                          last_word = static_cast<std::size_t>(right - 1) / kBits;
         for (std::size_t word = first_word; word <= last_word; ++word) {
             const int start = static_cast<int>(word) * PixelBits::kBits;
-            const std::uint64_t mask = bits_between(left, right, start);
+            const std::uint64_t mask = bits_between(left, right, start), before = (mask & -mask) - 1;
             const std::uint64_t *row = bits->row(box_top).data() + word;
             const std::uint32_t *first = first_of.data() + static_cast<std::size_t>(box_top - top) * words + word;
             for (int y = box_top; y < box_bottom; ++y, row += words, first += words)
-                for (std::uint64_t some = *row & mask; some != 0; some &= some - 1) {
-                    const std::uint64_t below = (some & -some) - 1;
-                    visit(start + std::countr_zero(some), y,
-                          std::size_t{*first} + static_cast<std::size_t>(std::popcount(*row & below)));
+                if (std::uint64_t some = *row & mask; some != 0) {
+                    std::size_t pixel = *first + static_cast<std::size_t>(std::popcount(*row & before));
+                    for (; some != 0; some &= some - 1)
+                        visit(start + std::countr_zero(some), y, pixel++);
                 }
         }
     }

@@ -30,4 +30,18 @@ SurfacePoints::SurfacePoints(const ModelParameters &parameters, const Appearance
     }
 }
 
+void SurfacePoints::read_more(const PointRun &run, std::size_t i, std::size_t material, SurfacePoint &to) const {
+    float *const channels = to.channels.data();
+    if (has_phong_)
+        for (std::size_t k = 0; k < 4; ++k)
+            channels[channel::kPhong + k] = phong_[material][static_cast<int>(k)];
+    if (tints_)
+        channels[channel::kTint] = tint_[material];
+    for (std::size_t light = 0; light < shadowed_; ++light) {
+        const float lit = shadow_stream(run, light, set_, shadows_[light]).lit(i);
+        const bool is_flag = set_.shadow_bits[light][static_cast<std::size_t>(run.level)] == 1;
+        channels[channel::kLit + light] = is_flag ? (lit - 0.5F) * kFlagContrast + 0.5F : lit;
+    }
+}
+
 } // namespace pbm

@@ -39,19 +39,13 @@ class SurfacePoints {
         channels[channel::kColour + 1] = colour[1];
         channels[channel::kColour + 2] = colour[2];
         channels[channel::kEnvironment] = environment_[material];
-        if (has_phong_)
-            for (std::size_t k = 0; k < 4; ++k)
-                channels[channel::kPhong + k] = phong_[material][static_cast<int>(k)];
-        if (tints_)
-            channels[channel::kTint] = tint_[material];
-        for (std::size_t light = 0; light < shadowed_; ++light) {
-            const float lit = shadow_stream(run, light, set_, shadows_[light]).lit(i);
-            const bool is_flag = set_.shadow_bits[light][static_cast<std::size_t>(run.level)] == 1;
-            channels[channel::kLit + light] = is_flag ? (lit - 0.5F) * kFlagContrast + 0.5F : lit;
-        }
+        if (groups() > 1)
+            read_more(run, i, material, to);
     }
 
   private:
+    // The channels of further groups. Not inline: most models have none.
+    void read_more(const PointRun &run, std::size_t i, std::size_t material, SurfacePoint &to) const;
     Float4 colour_of(const PointRun &run, std::size_t i, std::size_t material) const {
         if (indices_ != nullptr)
             return palette_[(run.chunk->*indices_)[i]];

@@ -78,7 +78,8 @@ int run(int argc, char **argv, std::unique_ptr<Viewer::Workers> &workers) {
 
     workers = std::make_unique<Viewer::Workers>();
     if (!path.empty() && !start.problem)
-        start.opening = std::make_unique<Opening>(workers->helpers, path, arguments.view, arguments.scans);
+        start.opening = std::make_unique<Opening>(workers->helpers, path, arguments.view, arguments.scans,
+                                                  !arguments.show_panel && !start.video);
     const std::string title = path.empty() ? "" : std::filesystem::path(path).filename().string() + " - ";
     const auto window = Window::open(title + std::string(kProgram), arguments.view.resolution, arguments.scales_window);
     if (!window) // the file's own problem was told

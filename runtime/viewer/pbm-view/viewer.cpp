@@ -46,6 +46,8 @@ Viewer::~Viewer() {
 }
 
 int Viewer::run() {
+    if (Opening *const opening = opener_.opening())
+        opening->hurry();
     while (!quit_) {
         update_theme();
         for (const Event &event : window_.wait(timeout()))

@@ -32,6 +32,14 @@ void FrameScheduler::restyled() {
     news_ = News::all;
 }
 
+void FrameScheduler::refined() {
+    if (!shown_)
+        return;
+    shown_->max_error = errors_.still;
+    shown_->complete = true;
+    news_ = News::none;
+}
+
 void FrameScheduler::drawn(const Picture &picture, double now) {
     if (!shown_)
         quick_ = picture.max_error;
@@ -61,7 +69,9 @@ std::optional<double> FrameScheduler::due() const {
 }
 
 std::optional<double> FrameScheduler::refinement_due() const {
-    return complete() ? std::optional(changed_ ? *changed_ + kRest : 0) : std::nullopt;
+    if (!shown_ || ((!changed_ || is_exact()) && !complete()))
+        return std::nullopt;
+    return changed_ ? std::max(*changed_, drawn_at_) + kStill : 0;
 }
 
 bool FrameScheduler::fits(double error, double part, const PointsAt &points_at) const {

@@ -19,6 +19,9 @@ class FrameScheduler {
     static constexpr double kReserve = 0.4;
     // A view that has not changed for this long rests.
     static constexpr double kRest = 0.1;
+    // A view whose picture has been shown for this long without a change of the view is refined: longer than two events
+    // of a mouse are apart.
+    static constexpr double kStill = 0.02;
     // Fewer points than this cost less than their pixels: a larger error would not save time.
     static constexpr std::uint64_t kFewPoints = 100'000;
     // From one picture of a moving view to the next its error changes by at most this factor, so that chunks change
@@ -61,6 +64,8 @@ class FrameScheduler {
     void arrived(bool all);
     // The view looks different at full detail only: the picture shown stays until the new one is drawn.
     void restyled();
+    // A refined picture is shown, which has full detail.
+    void refined();
     // The picture of the current view is shown.
     void drawn(const Picture &picture, double now);
 
@@ -68,8 +73,11 @@ class FrameScheduler {
     std::optional<Step> next(double now, const PointsAt &points_at) const;
     // When `next` will have an answer; absent if that needs an arrival or a change.
     std::optional<double> due() const;
-    // When the picture of the current view may be refined: once the view rests; absent before it has full detail.
+    // When the picture of the current view may be refined: once the view rests. Absent before it has a picture, while
+    // an exact one lacks chunks, and for the first view of a model before its picture is exact.
     std::optional<double> refinement_due() const;
+    // When the view changed last; absent before it has.
+    std::optional<double> changed() const { return changed_; }
     // The picture of the current view, if there is one.
     const std::optional<Picture> &shown() const { return shown_; }
     // Whether that picture has full detail.

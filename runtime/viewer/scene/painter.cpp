@@ -124,7 +124,7 @@ PictureLayers Painter::draw_layers(std::span<const PointRun> runs, const Camera 
     if (draws_fine(look.options.quality, motion)) {
         Look unfinished = look;
         unfinished.options.finish = {};
-        begin_fine(runs, camera, unfinished, size.x, size.y);
+        begin_fine(runs, camera, unfinished, centres);
         drawn = fine_->add_samples(look.options.samples);
         fine_->resolve(layers.colour);
     } else {
@@ -149,13 +149,12 @@ PictureLayers Painter::draw_layers(std::span<const PointRun> runs, const Camera 
     return layers;
 }
 
-void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, int width,
-                         int height) {
+void Painter::begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look,
+                         const Framebuffer &target) {
     fine_camera_ = camera;
     fine_cue_ = look.depth_cue();
     fine_look_ = look.options;
-    fine(appearance(look))
-        .begin(runs, camera, before_finish(fine_look_.finish, fine_look_.render), Framebuffer(width, height));
+    fine(appearance(look)).begin(runs, camera, before_finish(fine_look_.finish, fine_look_.render), target);
 }
 
 RenderStatistics Painter::add_samples(int count, Framebuffer &target, const std::atomic<bool> *stop) {

@@ -37,8 +37,9 @@ class Painter {
     PictureLayers draw_layers(std::span<const PointRun> runs, const Camera &camera, const Look &look, Motion motion,
                               glm::ivec2 size, RenderStatistics &drawn);
 
-    // Draws a fine picture step by step, see FineRenderer; `target` must have the size given to `begin_fine`.
-    void begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, int width, int height);
+    // Draws a fine picture step by step, see FineRenderer; `target` of `begin_fine` gives the size of pictures, and has
+    // depths.
+    void begin_fine(std::span<const PointRun> runs, const Camera &camera, const Look &look, const Framebuffer &target);
     // Adds samples and fills `target` with the mean of all so far. Once `stop` is set it returns early; the picture
     // must then begin anew.
     RenderStatistics add_samples(int count, Framebuffer &target, const std::atomic<bool> *stop = nullptr);

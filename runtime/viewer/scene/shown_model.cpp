@@ -1,5 +1,7 @@
 #include "viewer/scene/shown_model.h"
 
+#include "viewer/cameras/model_views.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -30,10 +32,31 @@ Result<ShownModelPointer> ShownModel::open(const std::string &path, const std::s
     static_cast<void>(shown->painter(shown->window_)); // now, before there is a window
     const double max_error = max_error_of(options, options.resolution, options.look.quality, Motion::still);
     // The window reports an unusable camera.
-    if (const auto camera = choose_camera(options, shown->extent_, shown->grid(), options.resolution))
-        shown->streamed().request(
-            shown->streamed().choose(shown->view(*camera, options.resolution, max_error)).missing);
+    if (const auto camera = choose_camera(options, shown->extent_, shown->grid(), options.resolution)) {
+        const DetailView first = shown->view(*camera, options.resolution, max_error);
+        shown->streamed().request(shown->streamed().choose(first).missing);
+        if (options.view.empty() && !start_view(shown->streamed().reader().metadata()))
+            shown->first_view_ = first;
+    }
     return shown;
+}
+
+void ShownModel::draw_first(const std::function<bool()> &wait) {
+    if (!first_view_)
+        return;
+    Detail detail = streamed().choose(*first_view_);
+    while (!detail.missing.empty()) {
+        if (!wait())
+            return;
+        take_arrivals();
+        detail = streamed().choose(*first_view_);
+        streamed().request(detail.missing);
+        if (!detail.missing.empty() && !streamed().is_loading())
+            return; // they are damaged, or memory is too small
+    }
+    Framebuffer pixels(first_view_->width, first_view_->height);
+    const PictureStatistics drawn = draw_now(detail, *first_view_, first_look(), pixels);
+    drawn_first_ = {*first_view_, std::move(pixels), drawn};
 }
 
 std::vector<Error> ShownModel::take_errors() {
@@ -85,8 +108,9 @@ PictureStatistics ShownModel::draw_still(const Detail &detail, const DetailView 
                    [&] { return painter(background_).draw(detail.runs, view.camera, *look, Motion::still, target); });
 }
 
-void ShownModel::begin_fine(const Detail &detail, const DetailView &view, const LookPointer &look) {
-    painter(refining_).begin_fine(detail.runs, view.camera, *look, view.width, view.height);
+void ShownModel::begin_fine(const Detail &detail, const DetailView &view, const LookPointer &look,
+                            const Framebuffer &target) {
+    painter(refining_).begin_fine(detail.runs, view.camera, *look, target);
 }
 
 PictureStatistics ShownModel::add_samples(const Detail &detail, const DetailView &view, int count, Framebuffer &target,

@@ -10,9 +10,11 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace pbm {
 
@@ -39,6 +41,18 @@ class ShownModel {
                                                     const ViewOptions &options, std::function<void()> arrived);
     ShownModel(const ShownModel &) = delete;
     ShownModel &operator=(const ShownModel &) = delete;
+
+    // A picture that was drawn before the model is shown.
+    struct FirstPicture {
+        DetailView view;
+        Framebuffer pixels;
+        PictureStatistics drawn;
+    };
+    // Draws the picture that `open` has requested chunks for, once they are there. `wait` is called while they are
+    // loaded; it returns, false to give up, when chunks arrive or soon after. Before the model is shown.
+    void draw_first(const std::function<bool()> &wait);
+    // That picture, once, if there is one.
+    std::optional<FirstPicture> take_first() { return std::exchange(drawn_first_, std::nullopt); }
 
     const std::string &path() const { return path_; }
     ByteView bytes() const { return scene_->file.bytes(); }
@@ -80,7 +94,7 @@ class ShownModel {
     PictureStatistics draw_still(const Detail &detail, const DetailView &view, const LookPointer &look,
                                  Framebuffer &target);
     // Refines a fine picture on the background thread: samples update `target`. `stop`: see Painter::add_samples.
-    void begin_fine(const Detail &detail, const DetailView &view, const LookPointer &look);
+    void begin_fine(const Detail &detail, const DetailView &view, const LookPointer &look, const Framebuffer &target);
     PictureStatistics add_samples(const Detail &detail, const DetailView &view, int count, Framebuffer &target,
                                   const std::atomic<bool> *stop = nullptr);
 
@@ -98,6 +112,8 @@ class ShownModel {
     const ViewOptions options_;
     std::atomic<bool> has_arrivals_ = false;
     Extent extent_;
+    std::optional<DetailView> first_view_; // absent if the camera is unusable, or one of the file's
+    std::optional<FirstPicture> drawn_first_;
     std::unique_ptr<StreamedScene> scene_;
     std::optional<Painter> window_, background_, refining_; // created on first use
 };

@@ -134,7 +134,7 @@ TEST(FrameScheduler, ReturnsToTheExactErrorWhenTheViewRests) {
     EXPECT_FALSE(step->at_once);
 }
 
-TEST(FrameScheduler, RefinesOnlyAViewThatRestsAtFullDetail) {
+TEST(FrameScheduler, RefinesOnlyAViewThatRests) {
     FrameScheduler scheduler(kErrors, 0);
     EXPECT_FALSE(scheduler.refinement_due());
     scheduler.drawn(picture(kExact, false), 1);
@@ -144,7 +144,32 @@ TEST(FrameScheduler, RefinesOnlyAViewThatRestsAtFullDetail) {
     scheduler.view_changed(10, kErrors);
     EXPECT_FALSE(scheduler.refinement_due());
     scheduler.drawn(picture(kExact), 10.01); // exact, but the view may still move
-    EXPECT_NEAR(*scheduler.refinement_due(), 10 + FrameScheduler::kRest, 1e-9);
+    EXPECT_NEAR(*scheduler.refinement_due(), 10.01 + FrameScheduler::kStill, 1e-9);
+}
+
+// Chunks that do not fit into the memory are not asked for again and again.
+TEST(FrameScheduler, DoesNotRefineAnExactPictureThatLacksChunks) {
+    FrameScheduler scheduler = rested(30);
+    scheduler.drawn(picture(moving_error(scheduler, 10)), 10.03);
+    EXPECT_TRUE(scheduler.refinement_due());
+    scheduler.drawn(picture(kExact, false), 10.2);
+    EXPECT_FALSE(scheduler.refinement_due());
+    scheduler.drawn(picture(kExact), 10.3);
+    EXPECT_NEAR(*scheduler.refinement_due(), 10.3 + FrameScheduler::kStill, 1e-9);
+}
+
+// The refined picture takes the place of the exact one.
+TEST(FrameScheduler, RefinesAViewThatMovedWithoutTheExactPicture) {
+    FrameScheduler scheduler = rested(30);
+    const double error = moving_error(scheduler, 10);
+    EXPECT_GT(error, kExact);
+    scheduler.drawn(picture(error, false), 10.03);
+    EXPECT_NEAR(*scheduler.refinement_due(), 10.03 + FrameScheduler::kStill, 1e-9);
+    scheduler.refined();
+    EXPECT_TRUE(scheduler.complete());
+    EXPECT_FALSE(scheduler.due());
+    EXPECT_FALSE(scheduler.next(11, points_at));
+    EXPECT_GT(moving_error(scheduler, 12), kExact); // the time per point is still known
 }
 
 TEST(FrameScheduler, DrawsAtOnceWhatTakesNoLongerThanTheBudget) {

@@ -104,6 +104,31 @@ TEST_F(ShownModelTest, LoadsItsFirstPictureUnasked) {
     EXPECT_EQ(shown.colour, behind.colour);
 }
 
+TEST_F(ShownModelTest, DrawsItsFirstPictureBeforeThereIsAWindow) {
+    write(file());
+    const ShownModelPointer model = open();
+    model->draw_first([&] { return wait_for([&] { return model->has_arrivals(); }); });
+    const auto first = model->take_first();
+    ASSERT_TRUE(first);
+    EXPECT_FALSE(model->take_first());
+    EXPECT_EQ(first->view, view(*model));
+    EXPECT_EQ(first->drawn.missing, 0U);
+    EXPECT_EQ(first->pixels.colour, exact_picture(*model).colour);
+
+    // A window that is there earlier, or that shows another camera, does not wait.
+    const ShownModelPointer other = open();
+    bool has_waited = false;
+    other->draw_first([&] {
+        has_waited = true;
+        return false;
+    });
+    EXPECT_NE(other->take_first().has_value(), has_waited);
+    options_.view = "entrance";
+    const ShownModelPointer named = open();
+    named->draw_first([&] { return wait_for([&] { return named->has_arrivals(); }); });
+    EXPECT_FALSE(named->take_first());
+}
+
 TEST_F(ShownModelTest, EditsShowAtOnceAndGoBack) {
     write(file());
     const ShownModelPointer model = open();
@@ -175,7 +200,7 @@ TEST_F(ShownModelTest, SampleBySampleIsTheWholeFinePicture) {
         const auto pointer = std::make_shared<const Look>(look);
         Framebuffer whole(kSize.x, kSize.y, false), shown(kSize.x, kSize.y, false);
         model->draw_still(detail, view(*model), pointer, whole);
-        model->begin_fine(detail, view(*model), pointer);
+        model->begin_fine(detail, view(*model), pointer, Framebuffer(kSize.x, kSize.y));
         for (int i = 0; i < 3; ++i) {
             model->add_samples(detail, view(*model), 1, shown);
             EXPECT_EQ(shown.colour == whole.colour, i == 2) << i;

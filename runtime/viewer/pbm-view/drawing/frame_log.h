@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <iostream>
+#include <utility>
 
 namespace pbm {
 
@@ -37,6 +38,11 @@ class FrameLog {
         report_time("first", first_picture_);
         if (pictures.is_exact())
             report_time("exact", exact_picture_);
+        if (const auto changed = pictures.changed(); changed && samples > 0 && fine_ != std::pair(*changed, samples)) {
+            fine_ = {*changed, samples};
+            std::cout << "fine picture: " << milliseconds(Window::now() - *changed) << " after the view changed, "
+                      << samples << " samples\n";
+        }
         std::cout << std::flush;
     }
 
@@ -53,6 +59,7 @@ class FrameLog {
     const double context_; // window's clock
     std::uint64_t frames_ = 0;
     bool first_picture_ = true, exact_picture_ = true; // not yet reported
+    std::pair<double, int> fine_{};                    // the last one: change of the view, samples
 };
 
 } // namespace pbm

@@ -59,7 +59,7 @@ std::optional<double> Pictures::due(glm::ivec2 size) const {
     if (at && *at <= Window::now())
         at.reset(); // it waits for chunks, which wake the window
     // A fine picture that is due waits for the one in progress.
-    if (size != glm::ivec2(0) && !(scheduler_->shown() && drawing_.valid()))
+    if (size != glm::ivec2(0) && !(scheduler_->shown() && (drawing_.valid() || is_refining())))
         if (const auto due = scheduler_->due())
             at = std::min(at.value_or(*due), *due);
     return at;
@@ -72,6 +72,8 @@ void Pictures::draw_due(glm::ivec2 size) {
         shown_.size = size;
         change_view();
     }
+    if ((scheduler_->shown() && is_refining()) || show_first())
+        return;
     const auto points_at = [&](double max_error) {
         std::uint64_t points = 0;
         for (const PointRun &run : shown_.model->streamed().choose(view_at(max_error)).runs)
@@ -110,22 +112,36 @@ Detail Pictures::choose(const DetailView &view) {
 void Pictures::draw_now(const DetailView &view) {
     if (!canvas_ || glm::ivec2(canvas_->width, canvas_->height) != shown_.size)
         canvas_.emplace(shown_.size.x, shown_.size.y);
-    const bool first_of_view = !scheduler_->shown();
     const PictureStatistics drawn = shown_.model->draw_now(choose(view), view, shown_.look, *canvas_);
     if (drawn.is_lost && !shown_.is_for_video) {
         canvas_.reset();
         return lost_();
     }
-    show_picture(view.max_error, drawn);
+    show_at_once(view.max_error, drawn);
+}
+
+// Shows the picture that was drawn before there was a window, if it shows the present view. Returns whether it does.
+bool Pictures::show_first() {
+    auto first = shown_.model->take_first();
+    if (!first || first->view != view_at(errors().still) || first->drawn.is_lost)
+        return false;
+    canvas_ = std::move(first->pixels);
+    show_at_once(first->view.max_error, first->drawn);
+    return true;
+}
+
+void Pictures::show_at_once(double max_error, const PictureStatistics &drawn) {
+    const bool first_of_view = !scheduler_->shown();
+    show_picture(max_error, drawn);
     if (first_of_view && notices_.verbose())
         std::cout << "view: " << view_as_options(shown_.camera, shown_.options, shown_.size)
                   << look_as_options(shown_.look->options) << std::endl;
 }
 
 void Pictures::draw_in_background(const DetailView &view) {
-    drawing_ =
-        background_.post([model = shown_.model, detail = choose(view), view, look = shown_.look, number = view_] {
-            Picture picture{number, view.max_error, Framebuffer(view.width, view.height), {}};
+    drawing_ = background_.post(
+        [model = shown_.model, detail = choose(view), view, look = shown_.look, number = view_, memory = memory_] {
+            Picture picture{number, view.max_error, memory->take({view.width, view.height}), {}};
             picture.drawn = model->draw_in_background(detail, view, look, picture.pixels);
             return picture;
         });
@@ -139,7 +155,7 @@ void Pictures::receive_picture() {
     if (picture.view == view_ && picture.drawn.is_lost && !shown_.is_for_video)
         lost_();
     if (picture.view == view_) {
-        canvas_ = std::move(picture.pixels);
+        replace_canvas(std::move(picture.pixels));
         show_picture(picture.max_error, picture.drawn);
     }
     full_view_ = 0; // the picture held chunks, maybe of an old view
@@ -147,30 +163,39 @@ void Pictures::receive_picture() {
 
 // When to start to refine the picture shown; absent if it is not to be refined, or is already.
 std::optional<double> Pictures::refinement_due() const {
-    if (!scheduler_ || refinement_ || shown_.is_overwritten || samples_ > 0 || shown_.is_for_video ||
+    if (!scheduler_ || refinement_ || drawing_.valid() || shown_.is_overwritten || shown_.is_for_video ||
         !draws_fine(shown_.look->options.quality, Motion::still))
         return std::nullopt;
     return scheduler_->refinement_due();
 }
 
-// Refines a view that rests at full detail, unless its look asks for fast pictures.
+// Refines a view that rests and whose chunks are there, unless its look asks for fast pictures.
 void Pictures::refine() {
+    if (refinement_ && !refinement_->is_ready())
+        return;
     if (refinement_) {
-        auto picture = refinement_->receive();
-        if (!picture)
-            return;
-        if (picture->drawn.is_lost)
+        Refinement::Picture picture = refinement_->receive();
+        if (picture.drawn.is_lost)
             return lost_();
-        canvas_ = std::move(picture->pixels);
-        samples_ = picture->samples;
-        return show_frame(*canvas_, picture->drawn);
+        replace_canvas(std::move(picture.pixels));
+        samples_ = picture.samples;
+        refinement_->go_on(samples_);
+        scheduler_->refined();
+        return show_frame(*canvas_, picture.drawn);
     }
     if (const auto when = refinement_due(); !when || Window::now() < *when)
         return;
     const DetailView view = view_at(errors().still);
-    Detail detail = shown_.model->streamed().choose(view);
+    Detail detail = choose(view);
     if (detail.missing.empty())
-        refinement_ = std::make_unique<Refinement>(background_, shown_.model, std::move(detail), view, shown_.look);
+        refinement_ =
+            std::make_unique<Refinement>(background_, shown_.model, std::move(detail), view, shown_.look, memory_);
+}
+
+void Pictures::replace_canvas(Framebuffer picture) {
+    if (canvas_)
+        memory_->give(std::move(*canvas_));
+    canvas_ = std::move(picture);
 }
 
 void Pictures::end_refinement() {

@@ -51,6 +51,8 @@ class Pictures {
     // Whether there is a picture of the present view, and whether it has full detail.
     bool is_shown() const { return scheduler_ && scheduler_->shown(); }
     bool is_exact() const { return scheduler_ && scheduler_->complete(); }
+    // When the view changed last, by the window's clock; absent for the first view of a model.
+    std::optional<double> changed() const { return scheduler_ ? scheduler_->changed() : std::nullopt; }
     // Of the picture shown.
     const PictureStatistics &drawn() const { return drawn_; }
     const Camera &camera() const { return camera_; }
@@ -69,10 +71,14 @@ class Pictures {
     };
     void draw_due(glm::ivec2 size);
     void draw_now(const DetailView &view);
+    bool show_first();
+    void show_at_once(double max_error, const PictureStatistics &drawn);
     void draw_in_background(const DetailView &view);
     void receive_picture();
     void refine();
     std::optional<double> refinement_due() const;
+    bool is_refining() const { return refinement_ && samples_ == 0; } // the first fine picture is being drawn
+    void replace_canvas(Framebuffer picture);
     void end_refinement();
     void show_picture(double max_error, const PictureStatistics &drawn);
     DetailView view_at(double max_error) const;
@@ -90,7 +96,8 @@ class Pictures {
     std::optional<FrameScheduler> scheduler_; // while there is a model
     std::uint64_t view_ = 0;                  // counts changes of model, camera, look and size
     std::optional<Framebuffer> canvas_;       // the picture shown; of the present model
-    Camera camera_;                           // that it shows
+    const std::shared_ptr<PictureMemory> memory_ = std::make_shared<PictureMemory>();
+    Camera camera_; // that it shows
     PictureStatistics drawn_;
     int samples_ = 0;
     std::future<Picture> drawing_;

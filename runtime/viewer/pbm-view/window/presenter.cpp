@@ -1,6 +1,7 @@
 #include "viewer/pbm-view/window/presenter.h"
 
 #include <epoxy/gl.h>
+#include <glm/common.hpp>
 
 #include <cassert>
 
@@ -24,12 +25,13 @@ Presenter::~Presenter() {
 void Presenter::upload(const Framebuffer &picture) {
     assert(picture.width <= max_edge_ && picture.height <= max_edge_);
     glBindTexture(GL_TEXTURE_2D, texture_);
-    // Rows meet OpenGL's default alignment of 4: a pixel has four bytes.
     const glm::ivec2 size(picture.width, picture.height);
+    // BGRA is the format of most windows. Between equal formats Mesa's software OpenGL copies in `draw`; for a
+    // conversion it compiles shaders, which takes longer than the picture itself.
     if (size != size_)
-        glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, size.x, size.y, 0, GL_RGBA, GL_UNSIGNED_BYTE, picture.colour.data());
-    else
-        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size.x, size.y, GL_RGBA, GL_UNSIGNED_BYTE, picture.colour.data());
+        glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA, size.x, size.y, 0, GL_BGRA, GL_UNSIGNED_BYTE, nullptr);
+    // Rows meet OpenGL's default alignment of 4: a pixel has four bytes.
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size.x, size.y, GL_RGBA, GL_UNSIGNED_BYTE, picture.colour.data());
     size_ = size;
     glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
     glFramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture_, 0);
@@ -37,15 +39,18 @@ void Presenter::upload(const Framebuffer &picture) {
 
 void Presenter::draw(glm::ivec2 size, Rgba8 background) const {
     const auto part = [&](std::size_t channel) { return static_cast<float>(background[channel]) / 255; };
+    const glm::ivec2 shown = glm::min(size, size_);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
     glViewport(0, 0, size.x, size.y);
-    glClearColor(part(0), part(1), part(2), 1);
-    glClear(GL_COLOR_BUFFER_BIT);
-    if (size_ == glm::ivec2(0))
+    if (shown != size) {
+        glClearColor(part(0), part(1), part(2), 1);
+        glClear(GL_COLOR_BUFFER_BIT);
+    }
+    if (shown == glm::ivec2(0))
         return;
     // A picture's first row is the top one; a framebuffer's is the bottom one.
     glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
-    glBlitFramebuffer(0, 0, size_.x, size_.y, 0, size.y, size_.x, size.y - size_.y, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBlitFramebuffer(0, 0, shown.x, shown.y, 0, size.y, shown.x, size.y - shown.y, GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 
 } // namespace pbm
