@@ -239,18 +239,21 @@ Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &ru
         return added.error();
     if (Status allowed = refuse_denied(statistics, run.options.denied); !allowed)
         return allowed.error();
-    Offsets offsets;
+    std::optional<WrongEstimates> wrong;
     if (!voxels.offsets.empty())
-        offsets = run.clock.run("surface offsets", [&] { return choose_offsets(voxels, grid.depth, threads); });
+        wrong = run.clock.run("surface offsets", [&] { return find_wrong_estimates(voxels, grid.depth, threads); });
     free_memory(voxels.offsets);
     run.clock.run("detail levels", [&] {
         Sides sides = settle_sides(voxels, model.parameters.attributes);
         set_levels(model, std::move(voxels.codes), std::move(voxels.points), threads, std::move(voxels.fields));
         model.levels.back().sides = std::move(sides);
-        model.levels.back().offsets = std::move(offsets);
         // The normals of round points mean nothing.
         if (std::none_of(model.parameters.materials.begin(), model.parameters.materials.end(), is_round))
             gather_sides(model, threads);
+        if (wrong)
+            model.levels.back().offsets =
+                choose_offsets(*wrong, model, std::max(kMinBudget, static_cast<double>(statistics.input_bytes)),
+                               {.compression_level = run.options.compression_level, .threads = threads});
     });
 
     statistics.points = model.point_count();

@@ -1,12 +1,15 @@
 #include "pbm_build/voxels/stored_offsets.h"
 
 #include "pbm_format/levels/chunk_split.h"
+#include "pbm_format/writing/chunk_encoder.h"
 #include "pbm_surface/surface_offsets.h"
 #include "system/threads/parallel.h"
 #include "system/threads/per_thread.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace pbm::build {
 namespace {
@@ -36,55 +39,127 @@ std::vector<BrickRecord> bricks_of(std::span<const MortonCode> codes) {
     return bricks;
 }
 
-// The offsets of a chunk, whose points are numbered from `first_point` on.
-Offsets choose_in_chunk(const Voxels &voxels, const ChunkShape &shape, ByteView masks, std::size_t first_point) {
-    const std::vector<BrickRecord> bricks = bricks_of(std::span(voxels.codes).subspan(first_point, shape.points));
+// The chunks of the finest level.
+std::vector<ChunkEntry> finest_chunks(const LevelMasks &masks) {
+    std::vector<ChunkEntry> chunks;
+    std::uint64_t parent = 0, node = 0, point = 0;
+    const std::vector<std::vector<ChunkShape>> shapes = split_into_chunks(masks, kDefaultChunkPoints);
+    for (const ChunkShape &shape : shapes.back()) {
+        ChunkEntry &chunk = chunks.emplace_back();
+        chunk.shape = shape;
+        chunk.first_parent = std::exchange(parent, parent + shape.parents);
+        chunk.first_node = std::exchange(node, node + shape.nodes);
+        chunk.first_point = std::exchange(point, point + shape.points);
+    }
+    return chunks;
+}
+
+// Appends those of a chunk.
+void find_in_chunk(const Voxels &voxels, const ChunkEntry &chunk, ByteView masks, WrongEstimates &to) {
+    const std::uint32_t points = chunk.shape.points;
+    const auto first_point = static_cast<std::size_t>(chunk.first_point);
+    const std::vector<BrickRecord> bricks = bricks_of(std::span(voxels.codes).subspan(first_point, points));
     ChunkView view;
     view.masks = masks;
-    view.normals = std::span(voxels.points.normals).subspan(first_point, shape.points);
+    view.normals = std::span(voxels.points.normals).subspan(first_point, points);
     view.bricks = bricks;
     struct Scratch {
         SurfaceOffsets surface;
         std::vector<std::int8_t> estimated;
     };
     Scratch &scratch = per_thread<Scratch>();
-    scratch.estimated.resize(shape.points);
+    scratch.estimated.resize(points);
     scratch.surface.estimate(view, scratch.estimated);
-    Offsets chosen;
-    for (std::size_t i = 0; i < shape.points; ++i) {
-        const std::size_t point = first_point + i;
-        const std::int8_t offset = voxels.offsets[point];
+    for (std::size_t i = 0; i < points; ++i) {
+        const std::int8_t offset = voxels.offsets[first_point + i];
         if (offset == kNoOffset)
             continue;
         const double error = static_cast<double>(offset_of(scratch.estimated[i])) - // positive: too high
                              static_cast<double>(offset) / Offsets::kSteps;
-        if (error < kTooHigh && error > -kTooDeep)
+        const double wrongness = std::max(error / kTooHigh, -error / kTooDeep);
+        if (wrongness < 1)
             continue;
-        chosen.points.push_back(static_cast<std::uint32_t>(point));
-        chosen.values.push_back(offset);
+        to.offsets.points.push_back(static_cast<std::uint32_t>(first_point + i));
+        to.offsets.values.push_back(offset);
+        to.wrongness.push_back(static_cast<float>(wrongness));
     }
-    return chosen;
+}
+
+// Bytes of the chunks of all levels, without offsets.
+double estimated_bytes(const Model &model, const WriteOptions &options) {
+    constexpr std::size_t kOneIn = 8;
+    constexpr double kCoarser = 1.12; // points of coarser levels take more bytes, and directories take some
+    LevelMasks masks;
+    std::size_t all_points = 0;
+    for (const Level &level : model.levels) {
+        masks.push_back(level.masks);
+        all_points += level.points.size();
+    }
+    std::vector<ChunkEntry> chunks = finest_chunks(masks);
+    const std::size_t count = (chunks.size() + kOneIn - 1) / kOneIn;
+    std::vector<std::size_t> bytes(count), points(count);
+    parallel_for(count, options.threads, [&](std::size_t i) {
+        Bytes stored;
+        ChunkEntry &chunk = chunks[kOneIn * i];
+        encode_chunk(model, model.parameters.grid.depth, {.compression_level = options.compression_level}, chunk,
+                     stored);
+        bytes[i] = stored.size();
+        points[i] = chunk.shape.points;
+    });
+    const auto sum = [](const std::vector<std::size_t> &of) { return std::reduce(of.begin(), of.end()); };
+    return kCoarser * static_cast<double>(sum(bytes)) / static_cast<double>(sum(points)) *
+           static_cast<double>(all_points);
+}
+
+// Bytes of so many offsets among `points` points: the entropy of the mask, and what values take after compression.
+double bytes_of_offsets(double count, double points) {
+    constexpr double kOfValue = 0.6;
+    const auto entropy = [](double share) { return share > 0 ? -share * std::log2(share) : 0; };
+    const double share = count / points;
+    return points / 8 * (entropy(share) + entropy(1 - share)) + kOfValue * count;
 }
 
 } // namespace
 
-Offsets choose_offsets(const Voxels &voxels, int depth, int threads) {
+WrongEstimates find_wrong_estimates(const Voxels &voxels, int depth, int threads) {
+    WrongEstimates all;
     const LevelMasks masks = encode_octree(voxels.codes, depth);
-    const std::vector<ChunkShape> shapes = split_into_chunks(masks, kDefaultChunkPoints).back();
-    std::vector<std::array<std::size_t, 2>> starts{{0, 0}}; // first node and first point of each chunk
-    for (const ChunkShape &shape : shapes)
-        starts.push_back({starts.back()[0] + shape.nodes, starts.back()[1] + shape.points});
-    std::vector<Offsets> of_chunks(shapes.size());
-    parallel_for(shapes.size(), threads, [&](std::size_t i) {
-        const ByteView of_chunk = ByteView(masks.back()).subspan(starts[i][0], shapes[i].nodes);
-        of_chunks[i] = choose_in_chunk(voxels, shapes[i], of_chunk, starts[i][1]);
+    const std::vector<ChunkEntry> chunks = finest_chunks(masks);
+    std::vector<WrongEstimates> of_chunks(chunks.size());
+    parallel_for(chunks.size(), threads, [&](std::size_t i) {
+        const ByteView of_chunk = ByteView(masks.back()).subspan(chunks[i].first_node, chunks[i].shape.nodes);
+        find_in_chunk(voxels, chunks[i], of_chunk, of_chunks[i]);
     });
-    Offsets all;
-    for (const Offsets &some : of_chunks) {
-        all.points.insert(all.points.end(), some.points.begin(), some.points.end());
-        all.values.insert(all.values.end(), some.values.begin(), some.values.end());
+    const auto append = [](auto &to, const auto &from) { to.insert(to.end(), from.begin(), from.end()); };
+    for (const WrongEstimates &some : of_chunks) {
+        append(all.offsets.points, some.offsets.points);
+        append(all.offsets.values, some.offsets.values);
+        append(all.wrongness, some.wrongness);
     }
-    return all.size() < std::max(kFewest, voxels.codes.size() / kFewestOf) ? Offsets() : all;
+    return all;
+}
+
+Offsets choose_offsets(const WrongEstimates &wrong, const Model &model, double most_bytes,
+                       const WriteOptions &options) {
+    const double room = most_bytes - estimated_bytes(model, options);
+    constexpr double kStep = 1.1, kWorst = 8; // of wrongness
+    const auto bytes = [&](double least) {
+        const auto count = std::count_if(wrong.wrongness.begin(), wrong.wrongness.end(),
+                                         [&](float of) { return static_cast<double>(of) >= least; });
+        return bytes_of_offsets(static_cast<double>(count), static_cast<double>(model.point_count()));
+    };
+    double least = 1;
+    while (least < kWorst && bytes(least) > room)
+        least *= kStep;
+    Offsets chosen;
+    if (least >= kWorst)
+        return chosen;
+    for (std::size_t i = 0; i < wrong.wrongness.size(); ++i)
+        if (static_cast<double>(wrong.wrongness[i]) >= least) {
+            chosen.points.push_back(wrong.offsets.points[i]);
+            chosen.values.push_back(wrong.offsets.values[i]);
+        }
+    return chosen.size() < std::max(kFewest, model.point_count() / kFewestOf) ? Offsets() : chosen;
 }
 
 } // namespace pbm::build
