@@ -106,7 +106,9 @@ if [ "${1:-all}" = web ] && [ ! -d $zstd ]; then
     options=(-q -o Dir::Etc::sourcelist=/dev/null -o "Dir::Etc::sourceparts=$PWD/$zstd.part/parts"
         -o "Dir::State::lists=$PWD/$zstd.part/lists" -o APT::Sandbox::User=root)
     apt-get "${options[@]}" update || true # lists of other origin have no sources
-    (cd $zstd.part && apt-get "${options[@]}" source --download-only "libzstd=$version")
+    # A security update may leave its pool before it leaves the lists; the release has the same upstream source.
+    (cd $zstd.part && { apt-get "${options[@]}" source --download-only "libzstd=$version" ||
+        apt-get "${options[@]}" source --download-only "libzstd=${version%+deb*}"; })
     tar -xf $zstd.part/libzstd_*.orig.tar.xz -C $zstd.part/source --strip-components=1
     mv $zstd.part/source $zstd
     rm -r $zstd.part
