@@ -224,12 +224,14 @@ Result<const LevelDirectory *> OpenModel::directory(int level) {
 
 namespace {
 
-// Appends the ranges of the file that hold the chunks of a level, and their sides.
+// Appends the ranges of the file that hold the chunks of a level, and the streams of their points.
 void list_chunks(const Reader &reader, int level, std::vector<FileRange> &ranges) {
-    const PointStreamReader sides(reader, PointStream::sides);
-    for (const FileRange range : {sides.directory_range(level), sides.values_range(level)})
-        if (range.bytes > 0)
-            ranges.push_back(range);
+    for (const PointStream kind : kPointStreams) {
+        const PointStreamReader stream(reader, kind);
+        for (const FileRange range : {stream.directory_range(level), stream.values_range(level)})
+            if (range.bytes > 0)
+                ranges.push_back(range);
+    }
     for (const SectionType type : {SectionType::level_chunks, SectionType::level_bricks})
         if (const SectionEntry *section = reader.section(type, static_cast<std::uint32_t>(level)))
             ranges.push_back(section->range());

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Exported points, built again on the same grid, are the same model: round_trips.py PROGRAMS WORK_FOLDER SOURCE_FOLDER LARGEST UNPACKED [SCANS]
 
+Exported points have no surface offsets, and so pictures are those of models of a given depth, which have none either.
+
 Uses the sample scan, and real scans if scan_folder.py finds them. Two models are the same if their pictures and their
 content ids are; the id covers grid, unit, materials, the voxels of all levels and all attributes of the finest.
 """
@@ -33,8 +35,9 @@ CASES += [("gargo.ply", ["--depth", str(depth)]) for depth in DEPTHS]
 CASES += [
     ("lion_takanawa_rgb_normals_le.ply", ["--colour", "565", "--origin", "8500000.123,5123456.789,80"]),
     ("happy_points_normals_be_thin.ply", []),
-    ("colored_airplane.ply", []),
+    ("colored_airplane.ply", ["--depth", "9"]),
     ("spot.obj", ["--voxel-size", "0.01"]),
+    ("bunny_draco.stl", ["--depth", "9"]),
     ("bunny_draco.stl", []),
 ]
 
@@ -62,6 +65,12 @@ def find(name):
     return scan if scan.exists() and scan.stat().st_size <= largest else None
 
 
+def draws(scan, options, model):
+    """Whether the case compares pictures as well."""
+    given_depth = options == ["--depth", "9"] and scan.name in ("colored_airplane.ply", "bunny_draco.stl")
+    return given_depth or (not options and json.loads(run("pbm-info", "--json", model))["points_with_offsets"] == 0)
+
+
 def round_trip(scan, options):
     first, points, second = (work / name for name in ("first.pbvg", "points.ply", "second.pbvg"))
     run("pbm-build", "-q", scan, "-o", first, *options)
@@ -70,7 +79,7 @@ def round_trip(scan, options):
     run("pbm-build", "-q", "--strict", points, "--grid-like", first, "-o", second, *colour)
     if content(first) != content(second):
         return "another content"
-    if options:
+    if not draws(scan, options, first):
         return None
     pictures = []
     for model in (first, second): # points alone are never known to be closed, as a mesh is

@@ -26,7 +26,7 @@ FLOORS = {
     "runtime/pbm_render": {"system", "pbm_format", "pbm_surface"},
     "runtime/viewer": {"system", "pbm_format", "pbm_bake", "pbm_render", "command_line"},
     "tools/pbm_scan": {"system", "pbm_format"},
-    "tools/pbm-build/pbm_build": {"system", "pbm_format", "pbm_bake", "pbm_scan"},
+    "tools/pbm-build/pbm_build": {"system", "pbm_format", "pbm_surface", "pbm_bake", "pbm_scan"},
     "tools/pbm-build/options": {"system", "pbm_format", "pbm_bake", "pbm_scan", "pbm_build", "command_line"},
     "tools/pbm-build/sources": {"system", "pbm_format", "pbm_scan", "pbm_build"},
     "tools/pbm-build/pbm_batch": {
@@ -56,7 +56,7 @@ ROOMS = {
     "tools/pbm_scan": ["surface", "text", "fields packing conventions", "images clouds", "gltf mesh ply e57 ptx las spz table", "."],
     "tools/pbm-build/pbm_build": [
         "report", "lattice surface", "images", "fields grid hole_filling", "winding", "mesh_repair", "voxels", "neighbours neighbourhoods",
-        "normals radii texture", "upsampling parts", "panorama", "scene", "preparing", "."],
+        "normals radii texture offsets", "upsampling parts", "panorama", "scene", "preparing", "."],
     "data/pbm-sample": ["noise", "ammonite points", "ply", "."],
 }
 

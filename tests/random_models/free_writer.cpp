@@ -6,8 +6,7 @@
 
 #include "pbm_format/chunks/brick_index.h"
 #include "pbm_format/chunks/chunk.h"
-#include "pbm_format/chunks/offset_chunk.h"
-#include "pbm_format/chunks/side_chunk.h"
+#include "pbm_format/chunks/point_stream_chunk.h"
 #include "pbm_format/container/field_sections.h"
 #include "pbm_format/container/section_encoder.h"
 #include "pbm_format/reading/reader.h"

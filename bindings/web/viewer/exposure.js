@@ -15,6 +15,10 @@ export function exposed(pixels, exposure, background) {
     const shown = new Uint8ClampedArray(pixels.length);
     const behind = background[3] / 255;
     for (let at = 0; at < pixels.length; at += 4) {
+        if (pixels[at + 3] === 0) {
+            shown.set(background, at);
+            continue;
+        }
         const share = pixels[at + 3] / 255;
         const rest = (1 - share) * behind;
         const alpha = share + rest;

@@ -2,8 +2,7 @@
 
 #include "pbm_format/checking/model_walk.h"
 #include "pbm_format/checking/raster_rules.h"
-#include "pbm_format/chunks/offset_chunk.h"
-#include "pbm_format/chunks/side_chunk.h"
+#include "pbm_format/chunks/point_stream_chunk.h"
 #include "pbm_format/container/content_id.h"
 #include "pbm_format/container/file_rules.h"
 #include "system/threads/parallel.h"

@@ -124,7 +124,8 @@ inline constexpr std::array kPointStreams{PointStream::sides, PointStream::offse
 inline std::string_view to_string(PointStream kind) { return kind == PointStream::sides ? "sides" : "offsets"; }
 inline constexpr std::uint32_t kStreamKinds = 256;
 inline bool is_known_stream(std::uint32_t instance) {
-    return std::ranges::find(kPointStreams, PointStream{instance / kStreamKinds}) != kPointStreams.end();
+    return std::find(kPointStreams.begin(), kPointStreams.end(), PointStream{instance / kStreamKinds}) !=
+           kPointStreams.end();
 }
 // The instance of the sections of a point stream for a level.
 constexpr std::uint32_t instance_of(PointStream kind, int level) {

@@ -106,7 +106,8 @@ Result<Model> load_points(Reader &reader, const LoadOptions &options, std::uint6
             return directory.error();
         for (const PointStream kind : kPointStreams)
             if (const SectionEntry *const values = reader.section(SectionType::stream_values, instance_of(kind, level)))
-                other_bytes += 2 * values->raw_bytes;
+                // A number and a byte for each offset, twice while the list grows.
+                other_bytes += (kind == PointStream::offsets ? 10 : 2) * values->raw_bytes;
         for (std::size_t f = 0; options.fields && f < reader.parameters().fields.size(); ++f)
             other_bytes += (*directory)->points * reader.parameters().fields[f].bytes;
     }

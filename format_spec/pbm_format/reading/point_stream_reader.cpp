@@ -1,7 +1,6 @@
 #include "pbm_format/reading/point_stream_reader.h"
 
-#include "pbm_format/chunks/offset_chunk.h"
-#include "pbm_format/chunks/side_chunk.h"
+#include "pbm_format/chunks/point_stream_chunk.h"
 #include "pbm_format/container/file_rules.h"
 
 namespace pbm {

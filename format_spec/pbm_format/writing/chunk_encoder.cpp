@@ -2,8 +2,7 @@
 
 #include "pbm_format/chunks/chunk.h"
 #include "pbm_format/chunks/normal_cone.h"
-#include "pbm_format/chunks/offset_chunk.h"
-#include "pbm_format/chunks/side_chunk.h"
+#include "pbm_format/chunks/point_stream_chunk.h"
 #include "pbm_format/writing/frame_encoder.h"
 #include "pbm_format/writing/stream_filter.h"
 #include "system/threads/per_thread.h"

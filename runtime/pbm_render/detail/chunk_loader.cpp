@@ -214,13 +214,13 @@ Result<ResidentPointer> ChunkLoader::load(ChunkTask &task) const try {
     }
     if (Status status = load_sides(task, *chunk); !status)
         return std::move(status).error();
-    if (Status status = load_offsets(task, *chunk); !status)
-        return std::move(status).error();
     if (Status status = load_fields(task, *chunk); !status)
         return std::move(status).error();
     colour(task.place.level, *chunk);
     colour_second_sides(*chunk);
     mark(task.place.level, *chunk);
+    if (Status status = load_offsets(task, *chunk); !status)
+        return std::move(status).error();
     chunk->bounds = bounds_of(chunk->view.bricks, task.place.level);
     for (const BrickRecord &brick : chunk->view.bricks)
         chunk->largest_radius = std::max(chunk->largest_radius, brick.largest_radius);

@@ -1,7 +1,7 @@
 #include "pbm_render/detail/chunk_sides.h"
 
 #include "pbm_format/chunks/brick_index.h"
-#include "pbm_format/chunks/side_chunk.h"
+#include "pbm_format/chunks/point_stream_chunk.h"
 #include "pbm_format/model/octree.h"
 #include "pbm_render/camera/normal_table.h"
 
@@ -65,7 +65,8 @@ void place_second(std::span<BrickRecord> bricks, const ChunkView &chunk, ChunkSi
             break;
         const std::size_t first_node = node, first_point = point;
         const auto nodes = static_cast<std::size_t>(std::popcount(brick.node_map));
-        const std::size_t end_point = point + count_children(slice(masks, node, std::min(nodes, masks.size() - node)));
+        const auto below = count_children(slice(masks, node, std::min(nodes, masks.size() - node)));
+        const std::size_t end_point = point + static_cast<std::size_t>(below);
         if (to.points[side] >= end_point) {
             node = std::min(node + nodes, masks.size());
             point = end_point;

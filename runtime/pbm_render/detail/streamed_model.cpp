@@ -157,10 +157,11 @@ std::vector<FileRange> StreamedModel::bounds_wanted() const {
                 entry != nullptr && (has_field || type < SectionType::field_directory) &&
                 !reader.source().has(entry->range()))
                 wanted.push_back(entry->range());
-        for (const SectionType type : {SectionType::stream_directory, SectionType::stream_values})
-            if (const SectionEntry *entry = reader.section(type, instance_of(PointStream::sides, level));
-                entry != nullptr && !reader.source().has(entry->range()))
-                wanted.push_back(entry->range());
+        for (const PointStream kind : kPointStreams)
+            for (const SectionType type : {SectionType::stream_directory, SectionType::stream_values})
+                if (const SectionEntry *entry = reader.section(type, instance_of(kind, level));
+                    entry != nullptr && !reader.source().has(entry->range()))
+                    wanted.push_back(entry->range());
     }
     return wanted;
 }

@@ -1,4 +1,6 @@
 #include "goldens.h"
+
+#include "pbm_format/reading/point_stream_reader.h"
 #include "unit/support/value_of.h"
 
 #include <algorithm>
@@ -42,6 +44,19 @@ void add_chunks(Reader &reader, const SectionEntry &section, std::vector<Region>
                            .level = level,
                            .index = i});
     }
+}
+
+// What a point stream says of a chunk is refused alone.
+void add_stream_values(Reader &reader, const SectionEntry &section, std::vector<Region> &regions) {
+    const auto level = static_cast<int>(section.instance % kStreamKinds);
+    PointStreamReader stream(reader, PointStream{section.instance / kStreamKinds});
+    const LevelDirectory &directory = *value_of(reader.directory(level));
+    for (const PointStreamEntry &entry : value_of(stream.directory(directory)))
+        if (entry.stored_bytes > 0)
+            regions.push_back({.part = Part::section,
+                               .begin = entry.offset,
+                               .end = entry.offset + entry.stored_bytes,
+                               .section = &section});
 }
 
 void add_raster(Reader &reader, const SectionEntry &section, ByteView file, std::vector<Region> &regions) {
@@ -92,6 +107,8 @@ std::vector<Region> regions_of(Reader &reader, ByteView file) {
         const std::uint64_t end = section.offset + section.stored_bytes;
         if (section.type == SectionType::level_chunks || section.type == SectionType::level_bricks)
             add_chunks(reader, section, regions);
+        else if (section.type == SectionType::stream_values && is_known_stream(section.instance))
+            add_stream_values(reader, section, regions);
         else if (is_raster(section.type))
             add_raster(reader, section, file, regions);
         else if (section.stored_bytes > 0)

@@ -1,6 +1,6 @@
 // Which voxels get a stored surface offset, and how true it is. BVG.md 19.6 and 19.7
 #include "built_models.h"
-#include "pbm_build/voxels/stored_offsets.h"
+#include "pbm_build/offsets/stored_offsets.h"
 #include "pbm_format/model/normal.h"
 #include "unit/support/value_of.h"
 

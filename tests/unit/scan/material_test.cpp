@@ -144,6 +144,24 @@ TEST(Materials, ImagesOfRoughnessMetalAndLightAreLayers) {
     const Surface missing = obj_with(square, "newmtl a\nPr 0.25\nmap_Pr none.png\nmap_Ke none.png\n");
     EXPECT_TRUE(missing.textures.empty());
     EXPECT_EQ(missing.reflectances[0], (Reflectance{0.25, 0}));
+    // An image that is none: so does the light of the material.
+    const Surface broken = obj_with(square, "newmtl a\nmap_Ke bad.png\nKe 0 0.5 0\n", {{"bad.png", Bytes{1, 2, 3}}});
+    EXPECT_EQ(broken.layer(Layer::emission).ids.size(), 1U);
+}
+
+// A material beside one that differs in its light alone keeps its own reflection.
+TEST(Materials, OfOneColourWithAndWithoutLightAreTwo) {
+    const std::string faces = "usemtl lamp\nf 1 2 3\nusemtl plain\nf 2 4 3\n";
+    const Surface s = obj_with(kStrip + faces, "newmtl lamp\nKd 1 0 0\nKs 0.5 0.5 0.5\nNs 50\nKe 0.2 0.2 0.2\n"
+                                               "newmtl plain\nKd 1 0 0\nKs 0.5 0.5 0.5\nNs 50\n");
+    ASSERT_EQ(s.reflectances.size(), s.materials.size());
+    std::size_t without = 0;
+    for (std::size_t i = 0; i < s.materials.size(); ++i)
+        if (s.materials[i].colour == Rgb8{255, 0, 0}) {
+            EXPECT_FLOAT_EQ(s.materials[i].ks, 0.5F);
+            without += s.reflectances[i] ? 0 : 1;
+        }
+    EXPECT_EQ(without, 1U);
 }
 
 TEST(Materials, FacesHaveThoseThatTheyName) {

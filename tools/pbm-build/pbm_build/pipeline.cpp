@@ -1,11 +1,11 @@
 #include "pbm_build/pipeline.h"
 
 #include "pbm_build/neighbourhoods/neighbourhoods.h"
+#include "pbm_build/offsets/stored_offsets.h"
 #include "pbm_build/preparing/prepare.h"
 #include "pbm_build/radii/splat_radius.h"
 #include "pbm_build/upsampling/upsample.h"
 #include "pbm_build/voxels/sample_points.h"
-#include "pbm_build/voxels/stored_offsets.h"
 #include "pbm_build/voxels/voxelize.h"
 #include "pbm_format/reading/reader.h"
 #include "pbm_scan/surface/refusal.h"
@@ -240,15 +240,17 @@ Result<Model> finish(Part whole, std::optional<Surface> triangles, const Run &ru
     if (Status allowed = refuse_denied(statistics, run.options.denied); !allowed)
         return allowed.error();
     std::optional<WrongEstimates> wrong;
-    if (!voxels.offsets.empty())
+    const std::vector<Material> &materials = model.parameters.materials;
+    // The normals of round points mean nothing.
+    const bool has_round = std::any_of(materials.begin(), materials.end(), is_round);
+    if (!has_round && voxels.offsets.size() == voxels.codes.size())
         wrong = run.clock.run("surface offsets", [&] { return find_wrong_estimates(voxels, grid.depth, threads); });
     free_memory(voxels.offsets);
     run.clock.run("detail levels", [&] {
         Sides sides = settle_sides(voxels, model.parameters.attributes);
         set_levels(model, std::move(voxels.codes), std::move(voxels.points), threads, std::move(voxels.fields));
         model.levels.back().sides = std::move(sides);
-        // The normals of round points mean nothing.
-        if (std::none_of(model.parameters.materials.begin(), model.parameters.materials.end(), is_round))
+        if (!has_round)
             gather_sides(model, threads);
         if (wrong)
             model.levels.back().offsets =

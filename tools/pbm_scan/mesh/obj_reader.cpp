@@ -146,12 +146,14 @@ class MaterialTable {
                     undefined_.push_back(text.materials[i]);
                 continue;
             }
-            const auto same = std::find(used_.begin(), used_.end(), found->material);
-            numbers_[i] = static_cast<std::uint16_t>(same - used_.begin());
-            if (same == used_.end()) {
+            std::size_t number = 0;
+            while (number < used_.size() &&
+                   (used_[number] != found->material || reflectances_[number] != found->reflectance))
+                ++number;
+            numbers_[i] = static_cast<std::uint16_t>(number);
+            if (number == used_.size()) {
                 used_.push_back(found->material);
-                reflectances_.resize(used_.size());
-                reflectances_.back() = found->reflectance;
+                reflectances_.push_back(found->reflectance);
             }
             looks_[i] = *found;
         }
@@ -270,7 +272,9 @@ class ObjFaces {
         TextureUse use = use_of(look.emission_image.is_clamped ? Wrap::clamp : Wrap::repeat);
         use.content = ImageContent::emission;
         if (!look.emission_image.file.empty())
-            return {.texture = images_.of_file(look.emission_image.file, use), .lies = look.emission_image};
+            if (const std::uint16_t texture = images_.of_file(look.emission_image.file, use);
+                texture != Surface::kNoTexture)
+                return {.texture = texture, .lies = look.emission_image};
         if (look.emission == Rgb8{})
             return {};
         for (std::size_t c = 0; c < 3; ++c)

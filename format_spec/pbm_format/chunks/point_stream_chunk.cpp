@@ -1,11 +1,67 @@
-#include "pbm_format/chunks/side_chunk.h"
+#include "pbm_format/chunks/point_stream_chunk.h"
 
-#include "pbm_format/chunks/stream_values.h"
+#include "pbm_format/hashes/hash.h"
+#include "pbm_format/law/catalogue.h"
+#include "pbm_format/streams/frame.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace pbm {
 namespace {
+
+std::uint64_t mask_bytes(std::uint64_t points) { return (points + 7) / 8; }
+
+// The part of a list of points that belongs to a chunk.
+struct PointsOfChunk {
+    std::size_t first = 0, count = 0;
+};
+
+// `points`: indices within the level, ascending.
+PointsOfChunk points_of(std::span<const std::uint32_t> points, const ChunkEntry &entry) {
+    const auto at = [&](std::uint64_t point) {
+        return static_cast<std::size_t>(std::lower_bound(points.begin(), points.end(), point) - points.begin());
+    };
+    const std::size_t first = at(entry.first_point);
+    return {first, at(entry.first_point + entry.shape.points) - first};
+}
+
+// The mask of these points, which belong to the chunk.
+Bytes encode_mask(std::span<const std::uint32_t> points, const ChunkEntry &entry) {
+    Bytes mask(static_cast<std::size_t>(mask_bytes(entry.shape.points)), 0);
+    for (const std::uint32_t point : points) {
+        const auto place = static_cast<std::size_t>(point - entry.first_point);
+        mask[place / 8] |= static_cast<std::uint8_t>(1U << place % 8);
+    }
+    return mask;
+}
+
+// Lists the points that the mask at the start of `raw` marks, as indices within the chunk. False: there is no whole
+// mask, or it marks no point, or one that the chunk does not have.
+bool read_mask(ByteView raw, std::uint32_t chunk_points, std::vector<std::uint32_t> &to) {
+    to.clear();
+    const auto bytes = static_cast<std::size_t>(mask_bytes(chunk_points));
+    if (raw.size() < bytes)
+        return false;
+    for (std::size_t byte = 0; byte < bytes; ++byte)
+        for (unsigned left = raw[byte]; left != 0; left &= left - 1)
+            to.push_back(static_cast<std::uint32_t>(8 * byte) + static_cast<std::uint32_t>(std::countr_zero(left)));
+    return !to.empty() && to.back() < chunk_points;
+}
+
+// The raw bytes of the stream: 19.3.1 and 5.6.
+Result<Bytes> decode_stream_values(const PointStreamEntry &entry, ByteView stored, PointStream kind, Wording wording) {
+    if (const std::uint64_t hash = hash64(stored); hash != entry.hash)
+        return broken(wording, "19.3.1", entry.offset,
+                      "the " + std::string(to_string(kind)) + " of the chunk were changed: their hash does not match",
+                      hash_value(entry.hash), hash_value(hash));
+    Bytes raw(entry.raw_bytes);
+    if (raw.empty())
+        return raw;
+    if (Status status = decode_frame(stored, entry.zstd, raw, entry.offset, wording); !status)
+        return std::move(status).error();
+    return raw;
+}
 
 std::uint64_t raw_bytes(std::uint64_t chunk_points, std::uint64_t marked, const AttributeSet &set, int level) {
     std::uint64_t bytes = mask_bytes(chunk_points);
@@ -99,6 +155,38 @@ Status decode_sides(const PointStreamEntry &entry, ByteView stored, const ChunkE
             return status;
         at += bytes;
     }
+    return {};
+}
+
+Bytes encode_offsets(const Offsets &offsets, const ChunkEntry &entry) {
+    const auto [first, count] = points_of(offsets.points, entry);
+    if (count == 0)
+        return {};
+    Bytes raw = encode_mask(std::span(offsets.points).subspan(first, count), entry);
+    const auto values = std::span(offsets.values).subspan(first, count);
+    raw.insert(raw.end(), values.begin(), values.end());
+    return raw;
+}
+
+Status decode_offsets(const PointStreamEntry &entry, ByteView stored, std::uint32_t chunk_points, Wording wording,
+                      Offsets &to) {
+    to = {};
+    const Result<Bytes> raw = decode_stream_values(entry, stored, PointStream::offsets, wording);
+    if (!raw)
+        return raw.error();
+    if (raw->empty())
+        return {};
+    const bool is_mask = read_mask(*raw, chunk_points, to.points);
+    const std::uint64_t whole = mask_bytes(chunk_points) + to.size();
+    if (!is_mask || raw->size() != whole)
+        return broken(wording, "19.6.1", entry.offset,
+                      "the offsets are not a mask of the chunk's points and a byte for each that it marks",
+                      is_mask ? Value(whole) : Value("a mask"), raw->size());
+    to.values.assign(raw->end() - static_cast<std::ptrdiff_t>(to.size()), raw->end());
+    const auto [least, most] = std::minmax_element(to.values.begin(), to.values.end());
+    if (*least < -Offsets::kMost || *most > Offsets::kMost)
+        return broken(wording, "19.6.2", entry.offset, "an offset is beyond the voxel", "-14..14",
+                      static_cast<int>(*least < -Offsets::kMost ? *least : *most));
     return {};
 }
 

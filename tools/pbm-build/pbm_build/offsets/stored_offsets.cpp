@@ -1,4 +1,4 @@
-#include "pbm_build/voxels/stored_offsets.h"
+#include "pbm_build/offsets/stored_offsets.h"
 
 #include "pbm_format/levels/chunk_split.h"
 #include "pbm_format/writing/chunk_encoder.h"
@@ -88,7 +88,7 @@ void find_in_chunk(const Voxels &voxels, const ChunkEntry &chunk, ByteView masks
 // Bytes of the chunks of all levels, without offsets.
 double estimated_bytes(const Model &model, const WriteOptions &options) {
     constexpr std::size_t kOneIn = 8;
-    constexpr double kCoarser = 1.12; // points of coarser levels take more bytes, and directories take some
+    constexpr double kCoarser = 1.15; // points of coarser levels take more bytes, and directories take some
     LevelMasks masks;
     std::size_t all_points = 0;
     for (const Level &level : model.levels) {
@@ -101,8 +101,12 @@ double estimated_bytes(const Model &model, const WriteOptions &options) {
     parallel_for(count, options.threads, [&](std::size_t i) {
         Bytes stored;
         ChunkEntry &chunk = chunks[kOneIn * i];
-        encode_chunk(model, model.parameters.grid.depth, {.compression_level = options.compression_level}, chunk,
-                     stored);
+        const ChunkCoding coding{.compression_level = options.compression_level};
+        const int depth = model.parameters.grid.depth;
+        encode_chunk(model, depth, coding, chunk, stored);
+        encode_point_stream(model, depth, PointStream::sides, coding, chunk, stored);
+        for (std::size_t field = 0; field < model.parameters.fields.size(); ++field)
+            encode_field(model, depth, field, chunk, coding, stored);
         bytes[i] = stored.size();
         points[i] = chunk.shape.points;
     });
