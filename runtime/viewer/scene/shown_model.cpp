@@ -49,9 +49,10 @@ void ShownModel::draw_first(const std::function<bool()> &wait) {
         if (!wait())
             return;
         take_arrivals();
+        const bool was_loading = streamed().is_loading(); // the last chunk may arrive after the choice
         detail = streamed().choose(*first_view_);
         streamed().request(detail.missing);
-        if (!detail.missing.empty() && !streamed().is_loading())
+        if (!detail.missing.empty() && !was_loading && !streamed().is_loading())
             return; // they are damaged, or memory is too small
     }
     Framebuffer pixels(first_view_->width, first_view_->height);
