@@ -53,7 +53,8 @@ bool read_mask(ByteView raw, std::uint32_t chunk_points, std::vector<std::uint32
 Result<Bytes> decode_stream_values(const PointStreamEntry &entry, ByteView stored, PointStream kind, Wording wording) {
     if (const std::uint64_t hash = hash64(stored); hash != entry.hash)
         return broken(wording, "19.3.1", entry.offset,
-                      "the " + std::string(to_string(kind)) + " of the chunk were changed: their hash does not match",
+                      kind == PointStream::sides ? "the sides of the chunk were changed: their hash does not match"
+                                                 : "the offsets of the chunk were changed: their hash does not match",
                       hash_value(entry.hash), hash_value(hash));
     Bytes raw(entry.raw_bytes);
     if (raw.empty())

@@ -121,7 +121,6 @@ inline bool is_raster(SectionType type) { return is_known(type) && traits_of(typ
 // What an optional stream of points says. BVG.md 19.1; a reader ignores kinds that it does not know.
 enum class PointStream : std::uint32_t { sides = 1, offsets = 3 };
 inline constexpr std::array kPointStreams{PointStream::sides, PointStream::offsets};
-inline std::string_view to_string(PointStream kind) { return kind == PointStream::sides ? "sides" : "offsets"; }
 inline constexpr std::uint32_t kStreamKinds = 256;
 inline bool is_known_stream(std::uint32_t instance) {
     return std::find(kPointStreams.begin(), kPointStreams.end(), PointStream{instance / kStreamKinds}) !=

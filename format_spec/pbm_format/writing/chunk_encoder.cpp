@@ -8,6 +8,7 @@
 #include "system/threads/per_thread.h"
 
 #include <cassert>
+#include <utility>
 
 namespace pbm {
 
@@ -17,6 +18,20 @@ Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &
         return pack_bits(points.values(stream), bits_per_point(stream, context.set, context.level));
     const ByteView bytes = stream.kind == StreamKind::masks ? masks : bytes_of(points, stream);
     return {bytes.begin(), bytes.end()};
+}
+
+std::vector<ChunkEntry> place_chunks(std::span<const ChunkShape> shapes) {
+    std::vector<ChunkEntry> chunks;
+    chunks.reserve(shapes.size());
+    std::uint64_t parent = 0, node = 0, point = 0;
+    for (const ChunkShape &shape : shapes) {
+        ChunkEntry &chunk = chunks.emplace_back();
+        chunk.shape = shape;
+        chunk.first_parent = std::exchange(parent, parent + shape.parents);
+        chunk.first_node = std::exchange(node, node + shape.nodes);
+        chunk.first_point = std::exchange(point, point + shape.points);
+    }
+    return chunks;
 }
 
 namespace {

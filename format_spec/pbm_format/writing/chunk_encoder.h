@@ -10,6 +10,9 @@ namespace pbm {
 // The unfiltered bytes of one stream of a chunk. BVG.md 5.4
 Bytes raw_stream(const StreamContext &context, ByteView masks, const PointView &points);
 
+// The entries of the chunks of a level in their order: shapes, and the first parent, node and point of each.
+std::vector<ChunkEntry> place_chunks(std::span<const ChunkShape> shapes);
+
 struct ChunkCoding {
     Storage storage = Storage::packed; // mapped streams are raw and aligned (5.10), packed ones as below
     int compression_level = 1;         // 1..19, see frame_encoder.h

@@ -247,17 +247,11 @@ Result<Bytes> encode_model(const Model &model, const WriteOptions &options) try 
     std::vector<Job> jobs;
     std::vector<std::vector<EncodedChunk>> encoded(shapes.size());
     for (std::size_t level = 1; level < shapes.size(); ++level) {
-        encoded[level].resize(shapes[level].size());
-        std::uint64_t parent = 0, node = 0, point = 0;
-        for (std::size_t chunk = 0; chunk < shapes[level].size(); ++chunk) {
-            const ChunkShape &shape = shapes[level][chunk];
-            ChunkEntry &entry = encoded[level][chunk].entry;
-            entry.shape = shape;
-            encoded[level][chunk].points = shape.points;
-            entry.first_parent = std::exchange(parent, parent + shape.parents);
-            entry.first_node = std::exchange(node, node + shape.nodes);
-            entry.first_point = std::exchange(point, point + shape.points);
-            jobs.push_back({level, chunk});
+        for (ChunkEntry &entry : place_chunks(shapes[level])) {
+            jobs.push_back({level, encoded[level].size()});
+            EncodedChunk &chunk = encoded[level].emplace_back();
+            chunk.points = entry.shape.points;
+            chunk.entry = std::move(entry);
         }
     }
     const bool mapped = options.storage == Storage::mapped;

@@ -5,6 +5,7 @@
 #include "pbm_format/reading/point_stream_reader.h"
 #include "pbm_format/writing/model_edit.h"
 #include "pbm_format/writing/writer.h"
+#include "unit/support/file_damage.h"
 #include "unit/support/test_models.h"
 #include "unit/support/value_of.h"
 
@@ -70,19 +71,7 @@ TEST(Offsets, NothingElseDependsOnThem) {
 }
 
 TEST(Offsets, EveryChangedByteIsFound) {
-    const Bytes file = encode_offset_model(model_with_offsets());
-    const Reader reader = value_of(Reader::open(file));
-    for (const SectionType type : {SectionType::stream_directory, SectionType::stream_values}) {
-        const SectionEntry *section = reader.section(type, instance_of(PointStream::offsets, kOffsetDepth));
-        const std::uint64_t step = 1 + section->stored_bytes / 40;
-        for (std::uint64_t at = 0; at < section->stored_bytes; at += step) {
-            Bytes damaged = file;
-            damaged[section->offset + at] ^= 0x10;
-            ASSERT_FALSE(validate(damaged).valid()) << to_string(type) << " " << at;
-            Result<Reader> other = Reader::open(damaged);
-            EXPECT_FALSE(other && load_model(*other)) << to_string(type) << " " << at;
-        }
-    }
+    expect_changes_are_found(encode_offset_model(model_with_offsets()), PointStream::offsets, kOffsetDepth);
 }
 
 TEST(Offsets, AnEditKeepsThem) {

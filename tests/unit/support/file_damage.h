@@ -6,6 +6,7 @@
 
 #include "pbm_format/checking/validate.h"
 #include "pbm_format/reading/load_model.h"
+#include "unit/support/value_of.h"
 
 #include <gtest/gtest.h>
 
@@ -19,6 +20,23 @@ inline bool is_unread(const Error &error) {
     const std::set<std::string_view> rules{"3.2.12", "3.2.14", "3.10.13", "3.10.14", "5.2",
                                            "7.1",    "8.1",    "17.1.2",  "17.3.1",  "17.6.1"};
     return rules.contains(error.rule) || error.tile >= 0;
+}
+
+// Expects that a changed byte of the stream's sections of a level is found by the validator, and by whoever loads the
+// model.
+inline void expect_changes_are_found(const Bytes &file, PointStream kind, int level) {
+    const Reader reader = value_of(Reader::open(file));
+    for (const SectionType type : {SectionType::stream_directory, SectionType::stream_values}) {
+        const SectionEntry *section = reader.section(type, instance_of(kind, level));
+        const std::uint64_t step = 1 + section->stored_bytes / 40;
+        for (std::uint64_t at = 0; at < section->stored_bytes; at += step) {
+            Bytes damaged = file;
+            damaged[section->offset + at] ^= 0x10;
+            ASSERT_FALSE(validate(damaged).valid()) << to_string(type) << " " << at;
+            Result<Reader> other = Reader::open(damaged);
+            EXPECT_FALSE(other && load_model(*other)) << to_string(type) << " " << at;
+        }
+    }
 }
 
 // Opens and loads the file without the checks that only `verify` makes.

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <utility>
 
 namespace pbm::build {
 namespace {
@@ -41,20 +40,10 @@ std::vector<BrickRecord> bricks_of(std::span<const MortonCode> codes) {
 
 // The chunks of the finest level.
 std::vector<ChunkEntry> finest_chunks(const LevelMasks &masks) {
-    std::vector<ChunkEntry> chunks;
-    std::uint64_t parent = 0, node = 0, point = 0;
-    const std::vector<std::vector<ChunkShape>> shapes = split_into_chunks(masks, kDefaultChunkPoints);
-    for (const ChunkShape &shape : shapes.back()) {
-        ChunkEntry &chunk = chunks.emplace_back();
-        chunk.shape = shape;
-        chunk.first_parent = std::exchange(parent, parent + shape.parents);
-        chunk.first_node = std::exchange(node, node + shape.nodes);
-        chunk.first_point = std::exchange(point, point + shape.points);
-    }
-    return chunks;
+    return place_chunks(split_into_chunks(masks, kDefaultChunkPoints).back());
 }
 
-// Appends those of a chunk.
+// Appends the wrong estimates of a chunk.
 void find_in_chunk(const Voxels &voxels, const ChunkEntry &chunk, ByteView masks, WrongEstimates &to) {
     const std::uint32_t points = chunk.shape.points;
     const auto first_point = static_cast<std::size_t>(chunk.first_point);

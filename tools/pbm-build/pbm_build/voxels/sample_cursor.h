@@ -36,7 +36,7 @@ class SampleCursor {
 
     // Computes the samples of at most MixedRows::kRows hits, all in the block whose first voxel is `block`.
     // `rows.mixed` has their places on entry, and rounded normals on return.
-    void take(std::span<const Hit> hits, const glm::ivec3 &block, SampleRows &rows, Places places = Places::none);
+    void take(std::span<const Hit> hits, const glm::ivec3 &block, SampleRows &rows, Places places);
 
   private:
     void load(std::uint32_t source);

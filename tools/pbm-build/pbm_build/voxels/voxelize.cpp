@@ -166,11 +166,16 @@ class BucketVoxelizer {
         return kCellPositions[voxel % 512] + 8 * kCellPositions[voxel / 512];
     }
 
-    // At most MixedRows::kRows of them, whose normals are also written to `to`.
-    void add_rows(std::span<const Hit> hits, const glm::ivec3 &block, ShortNormal *to) {
+    // Computes the samples of at most MixedRows::kRows hits.
+    void take_samples(std::span<const Hit> hits, const glm::ivec3 &block, Places places) {
         for (std::size_t row = 0; row < hits.size(); ++row)
             rows_.mixed.places[row] = place_in_block(voxel_in_block(hits[row]));
-        cursor_.take(hits, block, rows_, with_offsets_ ? Places::nearest : Places::none);
+        cursor_.take(hits, block, rows_, places);
+    }
+
+    // At most MixedRows::kRows of them, whose normals are also written to `to`.
+    void add_rows(std::span<const Hit> hits, const glm::ivec3 &block, ShortNormal *to) {
+        take_samples(hits, block, with_offsets_ ? Places::nearest : Places::none);
         const auto &normals = rows_.mixed.normals.rounded;
         const auto &colours = rows_.mixed.colours;
         for (std::size_t row = 0; row < hits.size(); ++row) {
@@ -228,9 +233,7 @@ class BucketVoxelizer {
                 places_[i] = {};
         for (std::size_t begin = 0; begin < bent.size(); begin += MixedRows::kRows) {
             const auto some = std::span(bent).subspan(begin, std::min(bent.size() - begin, MixedRows::kRows));
-            for (std::size_t row = 0; row < some.size(); ++row)
-                rows_.mixed.places[row] = place_in_block(voxel_in_block(some[row]));
-            cursor_.take(some, block, rows_, Places::pieces);
+            take_samples(some, block, Places::pieces);
             for (std::size_t row = 0; row < some.size(); ++row)
                 if (!rows_.rest[row].is_hole)
                     places_[point_in_block_[voxel_in_block(some[row])]].add(rows_.places[row]);
@@ -284,9 +287,7 @@ class BucketVoxelizer {
 
     // At most MixedRows::kRows hits of voxels that may hold walls.
     void add_to_walls(std::span<const Hit> hits, const glm::ivec3 &block, std::span<const PlaneSums> planes) {
-        for (std::size_t row = 0; row < hits.size(); ++row)
-            rows_.mixed.places[row] = place_in_block(voxel_in_block(hits[row]));
-        cursor_.take(hits, block, rows_);
+        take_samples(hits, block, Places::none);
         const auto &normals = rows_.mixed.normals.rounded;
         const auto &colours = rows_.mixed.colours;
         for (std::size_t row = 0; row < hits.size(); ++row) {

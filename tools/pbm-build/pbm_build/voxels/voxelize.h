@@ -16,15 +16,15 @@ struct VoxelSides {
     PointAttributes values;        // [codes][2], without radii: as Sides has them
 };
 
-// Distance from the centre of a voxel to the surface in it along the normal of its point, in 1 / Offsets::kSteps voxel
-// edges; kNoOffset: the voxel holds a thin wall or a corner, or the surface beside it.
+// A voxel whose surface offset (Offsets, model.h) is not known: it holds a thin wall, or its surface lies more than
+// Offsets::kMost from its centre.
 inline constexpr std::int8_t kNoOffset = -128;
 
 struct Voxels {
     std::vector<MortonCode> codes;    // ascending, unique
     PointAttributes points;           // radii: the largest of the samples
     std::vector<Bytes> fields;        // [fields] stored values
-    std::vector<std::int8_t> offsets; // [codes]; empty if nobody asked for them
+    std::vector<std::int8_t> offsets; // [codes] as Offsets has them, or kNoOffset; empty if nobody asked for them
     VoxelSides sides;
     std::vector<MortonCode> made; // those of `codes` that up-sampling filled, ascending
 };
