@@ -1,6 +1,7 @@
 // Law: the values of a point stream (BVG.md 19) of any bytes, with the right hash, are refused or decode to values that
 // obey its rules; then their encoding is these bytes again.
-// Input: kind, attributes, the number of the chunk's points, whether the stored bytes are a frame of zstd; then the bytes.
+// Input: kind, attributes, the number of the chunk's points, whether the stored bytes are a frame of zstd; then the
+// bytes.
 #include "pbm_format/chunks/point_stream_chunk.h"
 #include "pbm_format/hashes/hash.h"
 #include "pbm_format/writing/frame_encoder.h"

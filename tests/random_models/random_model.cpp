@@ -247,8 +247,8 @@ void add_random_offsets(Random &random, Model &model) {
         for (std::uint32_t i = 0; i < model.levels[level].points.size(); ++i)
             if (once_in(random, share)) {
                 offsets.points.push_back(i);
-                offsets.values.push_back(static_cast<std::int8_t>(
-                    static_cast<int>(random.below(2 * Offsets::kMost + 1)) - Offsets::kMost));
+                offsets.values.push_back(
+                    static_cast<std::int8_t>(static_cast<int>(random.below(2 * Offsets::kMost + 1)) - Offsets::kMost));
             }
     }
 }

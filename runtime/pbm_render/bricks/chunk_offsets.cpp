@@ -2,22 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace pbm {
 
 namespace {
 
-// [value + Offsets::kMost]: as SurfaceOffsets writes it.
-constexpr std::array<std::int8_t, 2 *Offsets::kMost + 1> kStoredSteps = [] {
-    std::array<std::int8_t, 2 * Offsets::kMost + 1> steps{};
-    for (int value = 0; value <= Offsets::kMost; ++value) {
-        const int half = static_cast<int>(static_cast<float>(value) / Offsets::kSteps * kOffsetSteps / 2 + 0.5F);
-        const auto even = static_cast<std::int8_t>(2 * std::min(half, 63));
-        steps[static_cast<std::size_t>(Offsets::kMost + value)] = even;
-        steps[static_cast<std::size_t>(Offsets::kMost - value)] = static_cast<std::int8_t>(-even);
-    }
-    return steps;
-}();
+// A stored offset, -Offsets::kMost to Offsets::kMost, as SurfaceOffsets writes it.
+std::int8_t step_of(int stored) {
+    const int half = static_cast<int>(static_cast<float>(std::abs(stored)) / Offsets::kSteps * kOffsetSteps / 2 + 0.5F);
+    const int even = 2 * std::min(half, 63);
+    return static_cast<std::int8_t>(stored < 0 ? -even : even);
+}
 
 } // namespace
 
@@ -25,7 +21,7 @@ void ChunkOffsets::set_stored(const Offsets &stored, const ChunkView &chunk) {
     stored_.assign(chunk.normals.size(), kEstimated);
     for (std::size_t i = 0; i < stored.size(); ++i)
         if (chunk.normals[stored.points[i]] <= kNormalIndexMask)
-            stored_[stored.points[i]] = kStoredSteps[static_cast<std::size_t>(stored.values[i] + Offsets::kMost)];
+            stored_[stored.points[i]] = step_of(stored.values[i]);
 }
 
 // A point stays redundant if the surface lies as deep as SurfaceOffsets asks for.

@@ -16,8 +16,8 @@ namespace pbm {
 // Estimates offsets brick by brick, when a picture needs them, and keeps them.
 class ChunkOffsets {
   public:
-    // The offsets of the file, which take the place of estimates: BVG.md 19.6. Those of points that are two-sided, round
-    // or hidden or have sides, as the normals of the chunk say, mean nothing. Call this before everything else.
+    // The offsets of the file, which take the place of estimates: BVG.md 19.6. Those of points that are two-sided,
+    // round or hidden or have sides, as the normals of the chunk say, mean nothing. Call this before everything else.
     void set_stored(const Offsets &stored, const ChunkView &chunk);
     // Estimates the offsets of the bricks in `seen` that face the eye, in their order in memory. Most other bricks are
     // hidden behind nearer points; `read` estimates the offsets of those that are not. Call this before `read`, with

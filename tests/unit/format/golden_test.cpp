@@ -63,7 +63,8 @@ std::string decoded_hash(const Model &model) {
         add_sides(level.sides, hash);
     for (const Level &level : model.levels) {
         const Offsets &offsets = level.offsets;
-        hash.add({reinterpret_cast<const std::uint8_t *>(offsets.points.data()), sizeof(std::uint32_t) * offsets.size()});
+        hash.add(
+            {reinterpret_cast<const std::uint8_t *>(offsets.points.data()), sizeof(std::uint32_t) * offsets.size()});
         hash.add({reinterpret_cast<const std::uint8_t *>(offsets.values.data()), offsets.size()});
     }
     return hex(hash.finish());

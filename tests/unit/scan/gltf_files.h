@@ -69,7 +69,6 @@ class Glb {
     std::string binary_;
 };
 
-inline Result<build::Surface> read(const std::string &file) { return read(file, "scan.glb"); }
 inline build::Surface surface(const Glb &glb) { return surface(glb.file(), "scan.glb"); }
 inline std::string refusal(const Glb &glb) { return error(glb.file(), "scan.glb").message; }
 // Whether the report has a line of this name and fate.

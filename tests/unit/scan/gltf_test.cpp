@@ -269,11 +269,11 @@ TEST(Gltf, BytesThatFillOrFollowAreNoReasonToRefuse) {
         while (file[20 + length - 1] == ' ')
             --length;
         std::memcpy(file.data() + 12, &length, 4); // without the blanks that fill the JSON
-        const Result<Surface> s = read(file);
+        const Result<Surface> s = read(file, "scan.glb");
         ASSERT_TRUE(s) << s.error().message;
         EXPECT_EQ(says(*s, "chunks", Fate::converted), length % 4 != 0);
     }
-    EXPECT_EQ(test::note_of(*read(glb.file() + "garbage"), "end of file"), "7 bytes behind the GLB file");
+    EXPECT_EQ(test::note_of(*read(glb.file() + "garbage", "scan.glb"), "end of file"), "7 bytes behind the GLB file");
 }
 
 TEST(Gltf, FilesBesideIt) {
@@ -316,7 +316,7 @@ TEST(Gltf, EveryCutAndWrongReferenceIsRefused) {
     glb.show({{{"attributes", {{"POSITION", positions}}}, {"indices", indices}}});
     const std::string file = glb.file();
     for (std::size_t size = 4; size < file.size(); ++size)
-        EXPECT_FALSE(read(file.substr(0, size)).ok()) << size;
+        EXPECT_FALSE(read(file.substr(0, size), "scan.glb").ok()) << size;
     const auto changed = [&glb](const char *pointer, const json &value) {
         Glb other = glb;
         other.doc[json::json_pointer(pointer)] = value;

@@ -92,8 +92,8 @@ inline void add_offsets(Model &model) {
         Offsets &offsets = model.levels[level].offsets;
         for (std::uint32_t i = 0; i < model.levels[level].points.size(); i += level == 1 ? 1 : 3) {
             offsets.points.push_back(i);
-            offsets.values.push_back(static_cast<std::int8_t>(
-                static_cast<int>(random.below(2 * Offsets::kMost + 1)) - Offsets::kMost));
+            offsets.values.push_back(
+                static_cast<std::int8_t>(static_cast<int>(random.below(2 * Offsets::kMost + 1)) - Offsets::kMost));
         }
     }
 }

@@ -12,7 +12,6 @@
 namespace pbm::build {
 namespace {
 
-using Level = TexturePyramid::Level;
 using Texel = TexturePyramid::Texel;
 
 constexpr std::uint16_t kStep = 257; // 65,535 / 255
@@ -56,8 +55,8 @@ Texel mean_of(std::span<const Texel> parts, std::size_t whole, const std::uint16
     return mean;
 }
 
-Level half_of(const Level &level, const std::uint16_t *table, int threads) {
-    Level half{(level.width + 1) / 2, (level.height + 1) / 2, {}, {}};
+TexturePyramid::Level half_of(const TexturePyramid::Level &level, const std::uint16_t *table, int threads) {
+    TexturePyramid::Level half{(level.width + 1) / 2, (level.height + 1) / 2, {}, {}};
     half.texels.resize(std::size_t{half.width} * half.height);
     half.cut.resize(level.cut.empty() ? 0 : half.texels.size());
     parallel_for(half.height, threads, [&](std::size_t y) {
