@@ -32,7 +32,7 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text, std::str
     return at == end ? std::optional(numbers) : std::nullopt;
 }
 
-Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
+Error usage_error(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
 
 } // namespace
 
@@ -40,22 +40,22 @@ Result<glm::ivec2> parse_resolution(const std::string &text) {
     const auto numbers = parse_numbers(text, ",x", 2);
     const auto is_edge = [](double n) { return n >= 1 && n <= kMaxPictureEdge && n == std::floor(n); };
     if (!numbers || !is_edge((*numbers)[0]) || !is_edge((*numbers)[1]))
-        return usage("'" + text + "' is no resolution; write 1280,720 or 1280x720, at most " +
-                     std::to_string(kMaxPictureEdge) + " each");
+        return usage_error("'" + text + "' is no resolution; write 1280,720 or 1280x720, at most " +
+                           std::to_string(kMaxPictureEdge) + " each");
     return glm::ivec2((*numbers)[0], (*numbers)[1]);
 }
 
 Result<glm::dvec3> parse_vector(const std::string &text) {
     const auto numbers = parse_numbers(text, ",", 3);
     if (!numbers)
-        return usage("'" + text + "' is no vector; write three numbers like 0,0.5,-2");
+        return usage_error("'" + text + "' is no vector; write three numbers like 0,0.5,-2");
     return glm::dvec3((*numbers)[0], (*numbers)[1], (*numbers)[2]);
 }
 
 Result<ClipPlane> parse_clip_plane(const std::string &text) {
     const auto n = parse_numbers(text, ",", 6);
     if (!n || ((*n)[3] == 0 && (*n)[4] == 0 && (*n)[5] == 0))
-        return usage(
+        return usage_error(
             "'" + text +
             "' is no plane; write six numbers like 0,0.5,0,0,-1,0: a point of it, and the direction in which the "
             "model is kept");
@@ -65,7 +65,7 @@ Result<ClipPlane> parse_clip_plane(const std::string &text) {
 Result<ClipBox> parse_clip_box(const std::string &text) {
     const auto n = parse_numbers(text, ",", 6);
     if (!n)
-        return usage("'" + text + "' is no box; write six numbers like 0,0,0,1,1,2: two opposite corners");
+        return usage_error("'" + text + "' is no box; write six numbers like 0,0,0,1,1,2: two opposite corners");
     const glm::dvec3 a((*n)[0], (*n)[1], (*n)[2]), b((*n)[3], (*n)[4], (*n)[5]);
     return ClipBox{glm::min(a, b), glm::max(a, b)};
 }
@@ -74,9 +74,9 @@ Status parse_background(const std::string &text, RenderOptions &options) {
     const auto one = parse_numbers(text, ",", 3), two = parse_numbers(text, ",", 6);
     const std::vector<double> numbers = one.value_or(two.value_or(std::vector<double>()));
     if (numbers.empty() || std::any_of(numbers.begin(), numbers.end(), [](double n) { return n < 0 || n > 1; }))
-        return usage("'" + text +
-                     "' is no colour; write three numbers from 0 to 1 like 0.2,0.2,0.2, or six: at the top "
-                     "and at the bottom");
+        return usage_error("'" + text +
+                           "' is no colour; write three numbers from 0 to 1 like 0.2,0.2,0.2, or six: at the top "
+                           "and at the bottom");
     const auto colour = [&](std::size_t first) {
         Rgba8 made{0, 0, 0, 255};
         for (std::size_t i = 0; i < 3; ++i)
@@ -91,7 +91,7 @@ Status parse_background(const std::string &text, RenderOptions &options) {
 Result<Headlight> parse_headlight(const std::string &text) {
     const auto numbers = parse_numbers(text, ",", 2);
     if (!numbers || std::abs((*numbers)[0]) > 180 || std::abs((*numbers)[1]) > 90)
-        return usage("'" + text + "' is no headlight; write degrees to the right and up like 0,0 or -60,20");
+        return usage_error("'" + text + "' is no headlight; write degrees to the right and up like 0,0 or -60,20");
     return Headlight{(*numbers)[0], (*numbers)[1]};
 }
 
@@ -125,14 +125,15 @@ Result<ColourBy> parse_colour_by(const std::string &text) {
         drop_last();
         const auto least = as_number();
         if (!least || !((*least)[0] < (*most)[0]))
-            return usage("'" + text + "' has no range; write two numbers, the smaller one first, like intensity,0,255");
+            return usage_error("'" + text +
+                               "' has no range; write two numbers, the smaller one first, like intensity,0,255");
         drop_last();
         by.choice.range = {(*least)[0], (*most)[0]};
     }
     if (by.field.empty())
-        return usage("'" + text + "' names no field; write one like intensity or intensity,0,255,grey");
+        return usage_error("'" + text + "' names no field; write one like intensity or intensity,0,255,grey");
     if (by.choice.range && by.choice.map == ColourMap::classes)
-        return usage("the colour map 'classes' has no range: each label has its colour");
+        return usage_error("the colour map 'classes' has no range: each label has its colour");
     return by;
 }
 
@@ -163,7 +164,7 @@ std::vector<std::string> fields_to_keep(const LookOptions &look) {
 Result<double> parse_frame_rate(const std::string &text) {
     const auto numbers = parse_numbers(text, "", 1);
     if (!numbers || !((*numbers)[0] == 0 || ((*numbers)[0] >= 1 && (*numbers)[0] <= 240)))
-        return usage("'" + text + "' is no frame rate; write 1 to 240, or 0 for any");
+        return usage_error("'" + text + "' is no frame rate; write 1 to 240, or 0 for any");
     return (*numbers)[0];
 }
 

@@ -3,6 +3,7 @@
 #include "pbm_build/neighbourhoods/neighbourhoods.h"
 #include "pbm_build/offsets/stored_offsets.h"
 #include "pbm_build/preparing/prepare.h"
+#include "pbm_build/radii/border_radii.h"
 #include "pbm_build/radii/splat_radius.h"
 #include "pbm_build/upsampling/upsample.h"
 #include "pbm_build/voxels/sample_points.h"
@@ -82,8 +83,9 @@ Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const
     std::vector<TexturePyramid> images;
     if (!surface.textures.empty())
         images = run.clock.run("images", [&] { return make_pyramids(surface, options.threads); });
-    // A model of a chosen depth is for pictures of the whole screen, where the error of an estimated offset is visible.
-    const bool with_offsets = chooses_depth(options) && surface.point_count() == 0;
+    // A model of a chosen depth is for pictures of the whole screen, which show the error of an estimated offset, and
+    // splats that reach over a border.
+    const bool is_for_screens = chooses_depth(options) && surface.point_count() == 0;
     const int first_depth = grid.depth;
     const std::size_t given = surface.positions.size();
     for (;; grid.depth -= 1, grid.voxel_size *= 2) {
@@ -113,9 +115,11 @@ Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const
             return sampled.error();
         run.statistics.samples = hits.size();
         Voxels voxels = run.clock.run("voxelize", [&] {
-            return voxelize(sampler, hits, range, scan.set, scan.fields, with_offsets, options.threads);
+            return voxelize(sampler, hits, range, scan.set, scan.fields, is_for_screens, options.threads);
         });
         voxels.made = std::move(*filled);
+        if (is_for_screens)
+            run.clock.run("borders", [&] { shrink_at_borders(surface, grid, voxels, options.threads); });
         if (part.count > 1) {
             const int local_bits = hits.local_bits();
             std::erase_if(voxels.made, [&](MortonCode code) { return !range.holds(code >> local_bits); });
@@ -147,7 +151,9 @@ void choose_radii(Part &whole, int threads) {
     }
     const RadiusClasses classes = radius_classes(depth);
     for (std::uint8_t &radius : voxels.points.radii)
-        radius = classes[radius];
+        if (!ends_at_border(radius, depth))
+            radius = classes[radius];
+    restore_where_surface_continues(voxels, depth, threads);
 }
 
 // Adds the scene: lights, textures, ground, shadows.
