@@ -63,11 +63,16 @@ def make_inputs():
     rng = random.Random(3)
     write_cloud("cloud.xyz", 20000, "x y z intensity class",
                 lambda i: f"{i % 141 / 10} {i // 141 / 10} {rng.random() / 20} {i % 997} {i // 700 % 30}")  # fmt: skip
+    # An open sheet of hills, whose splats end at its border.
+    corners = [f"v {x / 40} {(x * y % 7) / 100} {y / 40}" for x in range(41) for y in range(41)]
+    quads = [f"f {a} {a + 1} {a + 42} {a + 41}" for a in range(1, 40 * 41) if a % 41]
+    pathlib.Path("sheet.obj").write_text("\n".join([*corners, *quads, ""]))
     pathlib.Path("few.xyz").write_text("".join(f"{x} 0 0\n" for x in range(3)))
 
 
 CASES = (
     (["mesh.ply"], [], 4),
+    (["sheet.obj"], [], 3),
     (["mesh.ply"], ["--voxel-size", "0.005"], 3),
     (["mesh.ply"], ["--depth", "7", "--lights", "studio", "--shadows", "--ground", "wood"], 3),
     (["mesh.ply"], ["--depth", "7", "--texture", "marble", "--panorama", "default"], 3),

@@ -24,7 +24,7 @@ Surface strips(unsigned count, double gap, double angle) {
     for (unsigned i = 0; i < count; ++i) {
         const double left = i * (1 + gap);
         for (unsigned corner = 0; corner < 4; ++corner) {
-            const double x = left + corner % 2, y = kStripWidth * (corner / 2);
+            const double x = left + corner % 2, y = corner < 2 ? 0 : kStripWidth;
             surface.positions.emplace_back(x * std::cos(angle) - y * std::sin(angle),
                                            x * std::sin(angle) + y * std::cos(angle), 0.05 * y);
         }
@@ -125,11 +125,13 @@ TEST(BorderRadii, AGivenDepthAndLooseFacesKeepTheirs) {
     };
     EXPECT_EQ(smallest(built(strips(1, 0, 0.1), at_depth(8))), dense_radius(8));
     Surface loose; // triangles of a voxel
-    for (unsigned i = 0; i < 40000; ++i) {
-        const double x = 0.01 * (i % 200), y = 0.01 * (i / 200);
-        loose.positions.insert(loose.positions.end(), {{x, y, 0}, {x + 0.003, y, 0}, {x, y + 0.003, 0}});
-        loose.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
-    }
+    for (unsigned row = 0; row < 200; ++row)
+        for (unsigned column = 0; column < 200; ++column) {
+            const double x = 0.01 * column, y = 0.01 * row;
+            const auto first = static_cast<unsigned>(loose.positions.size());
+            loose.positions.insert(loose.positions.end(), {{x, y, 0}, {x + 0.003, y, 0}, {x, y + 0.003, 0}});
+            loose.triangles.emplace_back(first, first + 1, first + 2);
+        }
     const Model model = built(std::move(loose), {});
     EXPECT_EQ(smallest(model), dense_radius(model.parameters.grid.depth));
 }
