@@ -38,8 +38,7 @@ Status refuse_switch(const std::string &argument) {
                                     [&](const auto &each) { return each.first == argument; });
     if (known == kDissertation.end())
         return {};
-    return Error{ErrorCode::usage, 0,
-                 argument + " is a switch of " + std::string(known->second) + "; leave it out here"};
+    return usage_error(argument + " is a switch of " + std::string(known->second) + "; leave it out here");
 }
 
 } // namespace
@@ -52,7 +51,7 @@ Result<std::vector<std::string>> arguments(int argc, char **argv, std::span<cons
         if (argument == "--json" || argument == "--sarif" || argument == "--junit")
             argument += "=-";
         if (argument.size() > 3 && argument.starts_with("--") && argument.find('=') == argument.size() - 1)
-            return Error{ErrorCode::usage, 0, argument + ": the value is missing"};
+            return usage_error(argument + ": the value is missing");
         const auto old = std::find_if(switches.begin(), switches.end(),
                                       [&](const OldSwitch &known) { return known.name == argument; });
         if (old == switches.end()) {
@@ -186,7 +185,7 @@ Status check_output(std::span<const std::string> inputs, std::span<const OutputF
     const auto &option = outputs[i].option;
     const std::string &name = outputs[i].name;
     const auto refuse = [&](const std::string &what) {
-        return Error{ErrorCode::usage, 0, name + ": " + what + "; choose another name"};
+        return usage_error(name + ": " + what + "; choose another name");
     };
     if (!is_file(name))
         return {};
@@ -249,7 +248,7 @@ Result<std::uint64_t> parse_bytes(const std::string &text) {
     const auto unit = std::find(kUnits.begin(), kUnits.end(), rest == "K" ? "k" : rest);
     const auto shift = 10 * (unit - kUnits.begin());
     if (error != std::errc() || unit == kUnits.end() || number == 0 || number > std::uint64_t{1} << (63 - shift))
-        return Error{ErrorCode::usage, 0, "'" + text + "' is no amount of memory; write bytes like 500M or 8G"};
+        return usage_error("'" + text + "' is no amount of memory; write bytes like 500M or 8G");
     return number << shift;
 }
 

@@ -29,7 +29,7 @@ void add_choice(CommandLine &line, const std::string &name, const std::string &w
     const auto find = [choices = std::move(choices), what, list](const std::string &word) -> Result<Value> {
         const auto found = std::find_if(choices.begin(), choices.end(), [&](const auto &c) { return c.first == word; });
         if (found == choices.end())
-            return Error{ErrorCode::usage, 0, "'" + word + "' is no " + what + "; write " + list};
+            return usage_error("'" + word + "' is no " + what + "; write " + list);
         return found->second;
     };
     line.add(name, help, stored(find, target), {.type = words, .check = readable(find)});

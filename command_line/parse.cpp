@@ -77,8 +77,7 @@ class SettingsReader : public CLI::Config {
                 given.push_back(option);
         for (const Setting &setting : *settings)
             if (const std::string wrong = apply(setting, path, given, set); !wrong.empty())
-                throw Refusal{path,
-                              {ErrorCode::usage, 0, "line " + std::to_string(line_of(setting, wrong)) + ": " + wrong}};
+                throw Refusal{path, usage_error("line " + std::to_string(line_of(setting, wrong)) + ": " + wrong)};
         return {};
     }
 
@@ -452,8 +451,8 @@ Error unknown_name(const CommandLine &line, const std::string &name) {
         for (std::string &other : long_names(option))
             known.push_back(std::move(other));
     const std::string nearest = nearest_word(name, known);
-    return {ErrorCode::usage, 0,
-            "there is no option '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?")};
+    return usage_error("there is no option '" + name + "'" +
+                       (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
 }
 
 int print_help(const CommandLine &line, ProgramHelp help, const std::string &topic) {
@@ -576,7 +575,7 @@ Result<std::vector<std::string>> words_of(const CommandLine &line, std::span<con
             continue;
         }
         if (given.value && *given.value != "true" && *given.value != "false")
-            return Error{ErrorCode::usage, 0, "'" + given.name + "' is true or false"};
+            return usage_error("'" + given.name + "' is true or false");
         if (given.value != "false")
             words.push_back("--" + given.name);
     }
@@ -595,9 +594,9 @@ Status parse_words(CommandLine &line, std::vector<std::string> words) {
         if (problem.empty())
             problem = unusable_name(app, "");
         if (!problem.empty())
-            return Error{ErrorCode::usage, 0, problem};
+            return usage_error(problem);
     } catch (const CLI::Success &) {
-        return Error{ErrorCode::usage, 0, "help and version are of programs"};
+        return usage_error("help and version are of programs");
     } catch (const Refusal &refusal) {
         return Error{refusal.error.code, refusal.error.offset, refusal.path + ": " + refusal.error.message};
     }

@@ -90,6 +90,8 @@ struct Error {
     std::int64_t tile = -1; // number in its raster, or -1
 };
 
+inline Error usage_error(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
+
 // Whether `offset` has a meaning: always for damage of a .pbvg, even if it is 0; for other errors if it is not 0.
 bool has_offset(const Error &error);
 

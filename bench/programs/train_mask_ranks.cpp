@@ -282,7 +282,7 @@ Result<std::uint64_t> split_weight(std::string &path) {
     const char *end = path.data() + path.size();
     const auto [at, problem] = std::from_chars(path.data() + cut + 1, end, weight);
     if (problem != std::errc{} || at != end || weight < 1 || weight > 16)
-        return Error{ErrorCode::usage, 0, "a weight is a whole number, 1..16"};
+        return usage_error("a weight is a whole number, 1..16");
     path.resize(cut);
     return weight;
 }

@@ -69,7 +69,7 @@ pbm_code fail_with_exception(pbm_error *error) noexcept {
 Status check_threads(std::int32_t threads) {
     if (threads >= 0 && threads <= kMaxThreadsAsked)
         return {};
-    return usage("threads is " + std::to_string(threads) + ", not 0 .. " + std::to_string(kMaxThreadsAsked));
+    return usage_error("threads is " + std::to_string(threads) + ", not 0 .. " + std::to_string(kMaxThreadsAsked));
 }
 
 CallbackScope::CallbackScope(const void *handle) : handle_(handle), outer_(std::exchange(innermost, this)) {}

@@ -17,8 +17,6 @@
 
 namespace pbm::c_api {
 
-inline Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
-
 // The error with the name of its file in front.
 inline Error of_file(const char *path, Error error) {
     error.message = std::string(path) + ": " + error.message;
@@ -53,12 +51,13 @@ template <class Work> pbm_code guarded(pbm_error *error, const Work &work) noexc
 template <class Structure>
 Result<Structure> read_structure(const Structure *given, const char *name, std::size_t since = sizeof(Structure)) {
     if (given == nullptr)
-        return usage(std::string(name) + " is null");
+        return usage_error(std::string(name) + " is null");
     const std::size_t size = given->struct_size;
     if (size < since)
-        return usage(std::string(name) + ".struct_size is " + std::to_string(size) + "; initialise it with PBM_NEW");
+        return usage_error(std::string(name) + ".struct_size is " + std::to_string(size) +
+                           "; initialise it with PBM_NEW");
     if (size > sizeof(Structure))
-        return usage(std::string(name) + " is of a later version of pbm.h than this library");
+        return usage_error(std::string(name) + " is of a later version of pbm.h than this library");
     Structure copy{};
     std::memcpy(static_cast<void *>(&copy), given, size);
     return copy;
@@ -153,14 +152,14 @@ template <class Handle, class Object> class Handles {
     };
 
     static Error closed(const char *name) {
-        return usage(std::string(name) + " is no open handle: it was closed, or is something else");
+        return usage_error(std::string(name) + " is no open handle: it was closed, or is something else");
     }
 
     Result<std::shared_ptr<Entry>> find(Handle *handle, const char *name) {
         if (handle == nullptr)
-            return usage(std::string(name) + " is null");
+            return usage_error(std::string(name) + " is null");
         if (CallbackScope::is_inside(handle))
-            return usage(std::string(name) + ": a callback may not call with the handle that it serves");
+            return usage_error(std::string(name) + ": a callback may not call with the handle that it serves");
         const std::lock_guard lock(mutex_);
         const auto found = entries_.find(reinterpret_cast<std::uintptr_t>(handle));
         if (found == entries_.end())

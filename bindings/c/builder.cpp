@@ -105,15 +105,15 @@ Status take_faces(const pbm_arrays &arrays, Surface &surface) {
         const std::uint32_t *const face = arrays.faces + 3 * f;
         for (int corner = 0; corner < 3; ++corner)
             if (face[corner] >= arrays.vertex_count)
-                return usage("face " + std::to_string(f) + " names vertex " + std::to_string(face[corner]) +
-                             "; there are " + std::to_string(arrays.vertex_count));
+                return usage_error("face " + std::to_string(f) + " names vertex " + std::to_string(face[corner]) +
+                                   "; there are " + std::to_string(arrays.vertex_count));
         if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0])
             ++surface.dropped_triangles;
         else
             surface.triangles.emplace_back(face[0], face[1], face[2]);
     }
     if (arrays.face_count > 0 && surface.triangles.empty())
-        return usage("no face has three different vertices");
+        return usage_error("no face has three different vertices");
     keep(surface, "faces", arrays.face_count > 0);
     return {};
 }
@@ -124,8 +124,8 @@ Status take_materials(const pbm_arrays &arrays, Surface &surface) {
     surface.material_ids = copy_of(arrays.materials, arrays.vertex_count);
     const std::uint8_t highest = *std::max_element(surface.material_ids.begin(), surface.material_ids.end());
     if (highest >= kMaxMaterials)
-        return usage("a point has material " + std::to_string(highest) + "; a model has " +
-                     std::to_string(kMaxMaterials) + " at most, 0 .. 7");
+        return usage_error("a point has material " + std::to_string(highest) + "; a model has " +
+                           std::to_string(kMaxMaterials) + " at most, 0 .. 7");
     surface.materials.resize(std::size_t{1} + highest);
     keep(surface, "materials", true);
     return {};
@@ -133,25 +133,25 @@ Status take_materials(const pbm_arrays &arrays, Surface &surface) {
 
 Status take_fields(const pbm_arrays &arrays, ArrayScan &scan) {
     if (arrays.field_count < 0 || static_cast<std::size_t>(arrays.field_count) > kMaxFields)
-        return usage("arrays.field_count is " + std::to_string(arrays.field_count) + ", not 0 .. 8");
+        return usage_error("arrays.field_count is " + std::to_string(arrays.field_count) + ", not 0 .. 8");
     if (arrays.field_count > 0 && (arrays.field_names == nullptr || arrays.field_values == nullptr))
-        return usage("arrays.field_names or arrays.field_values is null");
+        return usage_error("arrays.field_names or arrays.field_values is null");
     for (std::int32_t f = 0; f < arrays.field_count; ++f) {
         const char *const name = arrays.field_names[f], *const unit = arrays.field_units == nullptr
                                                                           ? nullptr
                                                                           : arrays.field_units[f];
         const double *const values = arrays.field_values[f];
         if (name == nullptr || values == nullptr)
-            return usage("name or values of field " + std::to_string(f) + " are null");
+            return usage_error("name or values of field " + std::to_string(f) + " are null");
         const Result<FieldRequest> request = build::parse_field(name);
         if (!request)
             return request.error();
         if (request->name != name)
-            return usage("'" + std::string(name) + "' is no name of a field: leave commas and = out");
+            return usage_error("'" + std::string(name) + "' is no name of a field: leave commas and = out");
         GivenField field{.name = name, .unit = unit == nullptr ? "" : unit, .values = {}};
         for (const GivenField &other : scan.fields)
             if (other.name == field.name)
-                return usage("two fields have the name " + field.name);
+                return usage_error("two fields have the name " + field.name);
         field.values.resize(static_cast<std::size_t>(arrays.vertex_count));
         for (std::size_t i = 0; i < field.values.size(); ++i)
             if (std::isfinite(values[i]))
@@ -163,11 +163,11 @@ Status take_fields(const pbm_arrays &arrays, ArrayScan &scan) {
 
 Result<ArrayScan> scan_of(const pbm_arrays &arrays) {
     if ((arrays.positions == nullptr) == (arrays.positions_f32 == nullptr))
-        return usage("give positions or positions_f32, one of the two");
+        return usage_error("give positions or positions_f32, one of the two");
     if (arrays.vertex_count == 0 || arrays.vertex_count > build::kMaxVertices)
-        return usage("arrays.vertex_count is " + std::to_string(arrays.vertex_count) + ", not 1 .. 2147483647");
+        return usage_error("arrays.vertex_count is " + std::to_string(arrays.vertex_count) + ", not 1 .. 2147483647");
     if (arrays.face_count > 0 && arrays.faces == nullptr)
-        return usage("arrays.faces is null");
+        return usage_error("arrays.faces is null");
     const std::uint64_t count = arrays.vertex_count;
     ArrayScan scan;
     Surface &surface = scan.surface;
@@ -210,8 +210,8 @@ Status request_fields(std::span<const ArrayScan> scans, BuildOptions &options) {
                              [&](const FieldRequest &known) { return known.name == field.name; }))
                 options.fields.push_back({.name = field.name, .range = {}, .average = {}, .bits = {}});
     if (options.fields.size() > kMaxFields)
-        return usage("the scans have " + std::to_string(options.fields.size()) +
-                     " different fields, a model keeps at most 8");
+        return usage_error("the scans have " + std::to_string(options.fields.size()) +
+                           " different fields, a model keeps at most 8");
     return {};
 }
 
@@ -235,7 +235,7 @@ Status refuse_options_of_files(const BuildOptions &options) {
          {std::pair(!options.poses.empty(), "pose"), std::pair(!options.columns.empty(), "columns"),
           std::pair(options.input_format != nullptr, "input-format")})
         if (given)
-            return usage(std::string("the option ") + name + " is of files, not of arrays");
+            return usage_error(std::string("the option ") + name + " is of files, not of arrays");
     return {};
 }
 
@@ -267,16 +267,16 @@ Result<Model> build_of_arrays(std::vector<ArrayScan> scans, BuildOptions &option
 
 Status check_counts(const Builder &builder, const BuildOptions &options, const char *output, const void *model) {
     if (output == nullptr && model == nullptr)
-        return usage("output and model are null: the model would be lost");
+        return usage_error("output and model are null: the model would be lost");
     if (output != nullptr && (*output == 0 || std::string_view(output) == "-"))
-        return usage("output is no name of a file");
+        return usage_error("output is no name of a file");
     if (builder.files.empty() == builder.scans.empty())
-        return usage(builder.files.empty() ? "the builder has no scan: add a file or arrays"
-                                           : "the builder has files and arrays: add one of the two kinds");
+        return usage_error(builder.files.empty() ? "the builder has no scan: add a file or arrays"
+                                                 : "the builder has files and arrays: add one of the two kinds");
     const std::size_t scans = std::max(builder.files.size(), builder.scans.size());
     if (options.viewpoints.size() > 1 && options.viewpoints.size() != scans)
-        return usage("viewpoint is given " + std::to_string(options.viewpoints.size()) + " times for " +
-                     std::to_string(scans) + " scans: give one for all, or one for each");
+        return usage_error("viewpoint is given " + std::to_string(options.viewpoints.size()) + " times for " +
+                           std::to_string(scans) + " scans: give one for all, or one for each");
     return {};
 }
 
@@ -346,7 +346,7 @@ using namespace pbm::c_api;
 pbm_code pbm_new_builder(pbm_builder **builder, pbm_error *error) {
     return guarded(error, [&]() -> Status {
         if (builder == nullptr)
-            return usage("builder is null");
+            return usage_error("builder is null");
         *builder = nullptr;
         auto made = std::make_unique<Builder>();
         Builder &opened = *made;
@@ -363,7 +363,7 @@ pbm_code pbm_free_builder(pbm_builder *builder) {
 pbm_code pbm_set_option(pbm_builder *builder, const char *key, const char *value, pbm_error *error) {
     return with_builder(builder, error, [&](Builder &open) -> Status {
         if (key == nullptr)
-            return usage("key is null");
+            return usage_error("key is null");
         open.options.push_back({key, value == nullptr ? std::nullopt : std::optional<std::string>(value)});
         return {};
     });
@@ -380,9 +380,9 @@ pbm_code pbm_set_progress(pbm_builder *builder, pbm_report_progress report, void
 pbm_code pbm_add_file(pbm_builder *builder, const char *path, pbm_error *error) {
     return with_builder(builder, error, [&](Builder &open) -> Status {
         if (path == nullptr)
-            return usage("path is null");
+            return usage_error("path is null");
         if (*path == 0 || is_stream(path))
-            return usage("path is no name of a file");
+            return usage_error("path is no name of a file");
         open.files.emplace_back(path);
         return {};
     });
@@ -420,9 +420,9 @@ pbm_code pbm_cancel_build(pbm_builder *builder) {
 pbm_code pbm_get_report(pbm_builder *builder, const char **json, pbm_error *error) {
     return with_builder(builder, error, [&](Builder &open) -> Status {
         if (json == nullptr)
-            return usage("json is null");
+            return usage_error("json is null");
         if (open.json.empty())
-            return usage("the builder has built nothing yet");
+            return usage_error("the builder has built nothing yet");
         *json = open.json.c_str();
         return {};
     });

@@ -32,8 +32,8 @@ void copy_to(double (&to)[3], const glm::dvec3 &from) {
 Status check_size(std::int32_t width, std::int32_t height) {
     if (width >= 1 && width <= kMaxPictureEdge && height >= 1 && height <= kMaxPictureEdge)
         return {};
-    return usage("a picture of " + std::to_string(width) + " x " + std::to_string(height) + " pixels; each is 1 .. " +
-                 std::to_string(kMaxPictureEdge));
+    return usage_error("a picture of " + std::to_string(width) + " x " + std::to_string(height) +
+                       " pixels; each is 1 .. " + std::to_string(kMaxPictureEdge));
 }
 
 bool is_finite(const glm::dvec3 &v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -43,7 +43,7 @@ Result<Backs> backs_of(std::int32_t from) {
     case PBM_BACKS_AUTO: return Backs::automatic;
     case PBM_BACKS_SHOWN: return Backs::show;
     case PBM_BACKS_HIDDEN: return Backs::hide;
-    default: return usage("camera.backs is " + std::to_string(from) + ", not 0, 1 or 2");
+    default: return usage_error("camera.backs is " + std::to_string(from) + ", not 0, 1 or 2");
     }
 }
 
@@ -59,20 +59,21 @@ Result<Camera> camera_of(const pbm_camera &from) {
                   .clip = {},
                   .backs = *backs};
     if ((from.clip & ~static_cast<std::uint32_t>(PBM_CLIP_PLANE | PBM_CLIP_BOX)) != 0)
-        return usage("camera.clip has unknown bits");
+        return usage_error("camera.clip has unknown bits");
     if ((from.clip & PBM_CLIP_PLANE) != 0) {
         camera.clip.plane = {vector_of(from.plane_point), vector_of(from.plane_normal)};
         if (!is_finite(camera.clip.plane->point) || !is_finite(camera.clip.plane->normal))
-            return usage("the camera's plane is not finite");
+            return usage_error("the camera's plane is not finite");
     }
     if ((from.clip & PBM_CLIP_BOX) != 0) {
         camera.clip.box = {vector_of(from.box_lowest), vector_of(from.box_highest)};
         if (!is_finite(camera.clip.box->least) || !is_finite(camera.clip.box->most))
-            return usage("the camera's box is not finite");
+            return usage_error("the camera's box is not finite");
     }
     if (!is_usable(camera))
-        return usage("the camera sees nothing: its position is its focal point, `up` lies along the line of sight, a "
-                     "value is not finite, the angle is not above 0 and below pi, or the normal of its plane is zero");
+        return usage_error(
+            "the camera sees nothing: its position is its focal point, `up` lies along the line of sight, a "
+            "value is not finite, the angle is not above 0 and below pi, or the normal of its plane is zero");
     return camera;
 }
 
@@ -82,21 +83,21 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
                                      PBM_NO_PANORAMA | PBM_NO_REFLECTIONS | PBM_HEADLIGHT | PBM_NO_LEGEND |
                                      PBM_GRADIENT;
     if (options.quality != PBM_FAST && options.quality != PBM_FINE)
-        return usage("options.quality is " + std::to_string(options.quality) + ", neither PBM_FAST nor PBM_FINE");
+        return usage_error("options.quality is " + std::to_string(options.quality) + ", neither PBM_FAST nor PBM_FINE");
     if (options.samples < 0 || options.samples > kMaxSamples)
-        return usage("options.samples is " + std::to_string(options.samples) + ", not 1 .. " +
-                     std::to_string(kMaxSamples));
+        return usage_error("options.samples is " + std::to_string(options.samples) + ", not 1 .. " +
+                           std::to_string(kMaxSamples));
     if (options.light_follows < PBM_LIGHTS_DEFAULT || options.light_follows > PBM_LIGHTS_MODEL)
-        return usage("options.light_follows is " + std::to_string(options.light_follows) + ", which is nothing");
+        return usage_error("options.light_follows is " + std::to_string(options.light_follows) + ", which is nothing");
     if (options.shading < PBM_SHADING_AUTO || options.shading > PBM_UNLIT)
-        return usage("options.shading is " + std::to_string(options.shading) + ", which is nothing");
+        return usage_error("options.shading is " + std::to_string(options.shading) + ", which is nothing");
     if ((options.flags & ~kFlags) != 0)
-        return usage("options.flags has unknown bits");
+        return usage_error("options.flags has unknown bits");
     if (options.finest_level < 0 || options.finest_level > kMaxDepth)
-        return usage("options.finest_level is " + std::to_string(options.finest_level) + ", not 1 .. " +
-                     std::to_string(kMaxDepth));
+        return usage_error("options.finest_level is " + std::to_string(options.finest_level) + ", not 1 .. " +
+                           std::to_string(kMaxDepth));
     if (!(options.max_error >= 0 && std::isfinite(options.max_error)))
-        return usage("options.max_error is no positive number of pixels");
+        return usage_error("options.max_error is no positive number of pixels");
     request.fine = options.quality == PBM_FINE;
     request.samples = options.samples == 0 ? kDefaultSamples : options.samples;
     switch (options.depth_cue) {
@@ -104,7 +105,7 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
     case PBM_EYE_DOME: request.depth_cue = DepthCue::eye_dome; break;
     case PBM_AMBIENT_OCCLUSION: request.depth_cue = DepthCue::ambient_occlusion; break;
     case PBM_CUE_OFF: request.depth_cue = DepthCue::none; break;
-    default: return usage("options.depth_cue is " + std::to_string(options.depth_cue) + ", which is none");
+    default: return usage_error("options.depth_cue is " + std::to_string(options.depth_cue) + ", which is none");
     }
     if (options.light_follows != PBM_LIGHTS_DEFAULT)
         request.lights_follow = options.light_follows == PBM_LIGHTS_EYE ? LightsFollow::eye : LightsFollow::model;
@@ -130,7 +131,7 @@ Status take_options(const pbm_render_options &options, Drawing::Request &request
     if (leaves(PBM_HEADLIGHT)) {
         const auto [right, up] = options.headlight;
         if (!(std::fabs(right) <= glm::pi<double>() && std::fabs(up) <= glm::half_pi<double>()))
-            return usage("options.headlight is not -pi .. pi to the right and -pi/2 .. pi/2 above");
+            return usage_error("options.headlight is not -pi .. pi to the right and -pi/2 .. pi/2 above");
         request.headlight = {right, up};
     }
     return {};
@@ -160,15 +161,15 @@ Result<Drawing::Setup> setup_of(const pbm_render_options &options) {
     case PBM_MAP_VIRIDIS: setup.colours.map = ColourMap::viridis; break;
     case PBM_MAP_GREY: setup.colours.map = ColourMap::grey; break;
     case PBM_MAP_CLASSES: setup.colours.map = ColourMap::classes; break;
-    default: return usage("options.colour_map is " + std::to_string(options.colour_map) + ", which is none");
+    default: return usage_error("options.colour_map is " + std::to_string(options.colour_map) + ", which is none");
     }
     const auto [least, most] = options.colour_range;
     if (least == 0 && most == 0)
         return setup;
     if (!(least < most && std::isfinite(least) && std::isfinite(most)))
-        return usage("options.colour_range is not two ascending numbers");
+        return usage_error("options.colour_range is not two ascending numbers");
     if (options.colour_map == PBM_MAP_CLASSES)
-        return usage("options.colour_range: the colour map of classes has no range, each label has its colour");
+        return usage_error("options.colour_range: the colour map of classes has no range, each label has its colour");
     setup.colours.range = {least, most};
     return setup;
 }
@@ -176,13 +177,13 @@ Result<Drawing::Setup> setup_of(const pbm_render_options &options) {
 // Whether an array of `count` elements holds `rows` rows of `width`, each `stride` behind the one before.
 Status check_rows(const char *name, std::size_t count, std::size_t width, std::size_t stride, std::size_t rows) {
     if (stride < width)
-        return usage(std::string(name) + ": a stride of " + std::to_string(stride) + " is shorter than a row, " +
-                     std::to_string(width));
+        return usage_error(std::string(name) + ": a stride of " + std::to_string(stride) + " is shorter than a row, " +
+                           std::to_string(width));
     if (stride <= std::numeric_limits<std::size_t>::max() / rows && count >= stride * (rows - 1) + width)
         return {};
-    return usage(std::string(name) + " is too short for the picture: it has " + std::to_string(count) +
-                 " elements, and " + std::to_string(rows) + " rows of " + std::to_string(width) + " with a stride of " +
-                 std::to_string(stride) + " are to lie there");
+    return usage_error(std::string(name) + " is too short for the picture: it has " + std::to_string(count) +
+                       " elements, and " + std::to_string(rows) + " rows of " + std::to_string(width) +
+                       " with a stride of " + std::to_string(stride) + " are to lie there");
 }
 
 // Fills in the defaults of the strides.
@@ -190,7 +191,7 @@ Status check_picture(pbm_picture &picture) {
     if (Status sized = check_size(picture.width, picture.height); !sized)
         return sized;
     if (picture.pixels == nullptr && picture.depths == nullptr)
-        return usage("picture.pixels is null");
+        return usage_error("picture.pixels is null");
     const auto width = static_cast<std::size_t>(picture.width), height = static_cast<std::size_t>(picture.height);
     constexpr std::size_t kPixelBytes = 4;
     picture.stride = picture.stride == 0 ? kPixelBytes * width : picture.stride;

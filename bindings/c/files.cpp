@@ -32,7 +32,7 @@ Status add_file(const char *path, Result<MappedFile> opened, void (*start_readin
 
 Status check_arguments(const char *path, pbm_model **model) {
     if (model == nullptr || path == nullptr)
-        return usage(model == nullptr ? "model is null" : "path is null");
+        return usage_error(model == nullptr ? "model is null" : "path is null");
     *model = nullptr;
     return {};
 }
@@ -65,7 +65,7 @@ pbm_code pbm_open_private(const char *path, pbm_model **model, pbm_error *error)
 pbm_code pbm_validate_file(const char *path, pbm_validation *validation, pbm_error *error) {
     return guarded(error, [&]() -> Status {
         if (path == nullptr)
-            return usage("path is null");
+            return usage_error("path is null");
         std::optional<MappedFile> file;
         return validate_bytes(validation, [&]() -> Result<ByteView> {
             Result<MappedFile> opened = MappedFile::open(path);

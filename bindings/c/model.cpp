@@ -93,8 +93,8 @@ Status fill_info(OpenModel &model, pbm_info &info) {
 Status fill_field(const OpenModel &model, std::int32_t index, pbm_field &to) {
     const std::vector<Field> &fields = model.reader.parameters().fields;
     if (index < 0 || static_cast<std::size_t>(index) >= fields.size())
-        return usage("field " + std::to_string(index) + " is not there: the model has " +
-                     std::to_string(fields.size()));
+        return usage_error("field " + std::to_string(index) + " is not there: the model has " +
+                           std::to_string(fields.size()));
     const Field &field = fields[static_cast<std::size_t>(index)];
     to.name = field.name.c_str();
     to.unit = field.unit.c_str();
@@ -242,13 +242,13 @@ void list_chunks(const Reader &reader, int level, std::vector<FileRange> &ranges
 Status check_level(const OpenModel &model, int level) {
     if (level >= 0 && level <= model.reader.depth())
         return {};
-    return usage("level " + std::to_string(level) + " is not there: the model has levels 0 .. " +
-                 std::to_string(model.reader.depth()));
+    return usage_error("level " + std::to_string(level) + " is not there: the model has levels 0 .. " +
+                       std::to_string(model.reader.depth()));
 }
 
 Error no_room(std::uint64_t capacity, std::uint64_t points) {
-    return usage("the arrays have room for " + std::to_string(capacity) + " points, the level has " +
-                 std::to_string(points));
+    return usage_error("the arrays have room for " + std::to_string(capacity) + " points, the level has " +
+                       std::to_string(points));
 }
 
 Status fetch_levels(OpenModel &model, int level) {
@@ -309,7 +309,7 @@ namespace {
 template <class Make> pbm_code open_model(pbm_model **model, pbm_error *error, const Make &make) {
     return guarded(error, [&]() -> Status {
         if (model == nullptr)
-            return usage("model is null");
+            return usage_error("model is null");
         *model = nullptr;
         Result<FileBytes> bytes = make();
         return bytes ? add_model(std::move(*bytes), model) : Status(bytes.error());
@@ -321,7 +321,7 @@ template <class Make> pbm_code open_model(pbm_model **model, pbm_error *error, c
 pbm_code pbm_open_memory(const void *bytes, uint64_t size, pbm_model **model, pbm_error *error) {
     return open_model(model, error, [&]() -> Result<FileBytes> {
         if (bytes == nullptr)
-            return usage("bytes is null");
+            return usage_error("bytes is null");
         return FileBytes::held(aligned({static_cast<const std::uint8_t *>(bytes), static_cast<std::size_t>(size)}));
     });
 }
@@ -329,7 +329,7 @@ pbm_code pbm_open_memory(const void *bytes, uint64_t size, pbm_model **model, pb
 pbm_code pbm_open_ranges(pbm_read_range read, void *context, uint64_t size, pbm_model **model, pbm_error *error) {
     return open_model(model, error, [&]() -> Result<FileBytes> {
         if (read == nullptr)
-            return usage("read is null");
+            return usage_error("read is null");
         return FileBytes::ranged(read, context, size);
     });
 }

@@ -101,7 +101,7 @@ pbm_code count_level(pbm_model *model, std::int32_t level, std::uint64_t *points
     return guarded(error, [&] {
         return models().use(model, "model", [&](OpenModel &open) -> Status {
             if (points == nullptr)
-                return usage("points is null");
+                return usage_error("points is null");
             const Result<std::uint64_t> counted = count(open, level);
             if (!counted)
                 return counted.error();

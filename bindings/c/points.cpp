@@ -154,10 +154,10 @@ Status check_arrays(const pbm_points &to, const ModelParameters &parameters, std
     if (to.capacity < count)
         return no_room(to.capacity, count);
     if (to.field_count < 0 || static_cast<std::size_t>(to.field_count) > parameters.fields.size())
-        return usage("points.field_count is " + std::to_string(to.field_count) + ", the model has " +
-                     std::to_string(parameters.fields.size()));
+        return usage_error("points.field_count is " + std::to_string(to.field_count) + ", the model has " +
+                           std::to_string(parameters.fields.size()));
     if (to.field_count > 0 && to.fields == nullptr)
-        return usage("points.fields is null");
+        return usage_error("points.fields is null");
     return check_threads(to.threads);
 }
 

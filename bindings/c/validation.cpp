@@ -17,7 +17,7 @@ Result<ValidationLevel> level_of(std::int32_t level) {
     case PBM_VALIDATE: return ValidationLevel::standard;
     case PBM_VALIDATE_QUICK: return ValidationLevel::quick;
     case PBM_VALIDATE_DEEP: return ValidationLevel::deep;
-    default: return usage("validation.level is " + std::to_string(level) + ", which is none");
+    default: return usage_error("validation.level is " + std::to_string(level) + ", which is none");
     }
 }
 
@@ -82,7 +82,7 @@ using namespace pbm::c_api;
 pbm_code pbm_validate_memory(const void *bytes, uint64_t size, pbm_validation *validation, pbm_error *error) {
     return guarded(error, [&]() -> Status {
         if (bytes == nullptr)
-            return usage("bytes is null");
+            return usage_error("bytes is null");
         HeldBytes held;
         return validate_bytes(validation, [&]() -> Result<ByteView> {
             held = aligned({static_cast<const std::uint8_t *>(bytes), static_cast<std::size_t>(size)});

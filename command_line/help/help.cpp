@@ -229,11 +229,11 @@ Result<std::string> help_page(const ProgramHelp &help, std::string_view topic) {
     topics.emplace_back("all");
     std::string message = "there is no help on '" + std::string(topic) + "'; ";
     if (const std::string nearest = nearest_word(topic, topics); !nearest.empty())
-        return Error{ErrorCode::usage, 0, message + "did you mean '" + nearest + "'?"};
+        return usage_error(message + "did you mean '" + nearest + "'?");
     message += "topics are";
     for (const std::string &word : topics)
         message += (&word == &topics.front() ? " " : ", ") + word;
-    return Error{ErrorCode::usage, 0, message};
+    return usage_error(message);
 }
 
 std::string man_page(const ProgramHelp &help) {

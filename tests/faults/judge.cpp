@@ -64,7 +64,7 @@ Status open_and_draw(ByteView file, int threads) {
         return bounds.error();
     const DetailView view = whole_view(bounds->sphere, up);
     if (!is_usable(view.camera)) // a very small or distant grid may leave no camera after rounding
-        return Error{ErrorCode::usage, 0, "no camera"};
+        return usage_error("no camera");
     Result<Shown> shown = show(file, view, threads);
     if (!shown)
         return std::move(shown).error();

@@ -106,9 +106,8 @@ Result<PlyPoints> PlyPoints::of(const Reader &reader, int level, std::uint64_t c
                          " are finer than double precision: doubles cannot hold their centres"};
     if (format.single_precision &&
         !(farthest < static_cast<double>(std::numeric_limits<float>::max()) && resolves<float>(voxel, farthest)))
-        return Error{ErrorCode::usage, 0,
-                     "voxels of " + text_of(voxel) + " near " + text_of(farthest) +
-                         " are finer than single precision; leave --float out, or export a coarser level"};
+        return usage_error("voxels of " + text_of(voxel) + " near " + text_of(farthest) +
+                           " are finer than single precision; leave --float out, or export a coarser level");
     return PlyPoints(reader, level, count, format);
 }
 

@@ -49,7 +49,7 @@ Result<Surface> read_file(std::span<const std::uint8_t> bytes, std::string_view 
         return bad_input("the file is of no known format; scans are " + names_of_formats() +
                          (extension.empty() ? " (an OBJ without that extension needs --input-format obj)" : ""));
     if (!options.columns.empty() && !format->has_columns)
-        return usage(
+        return usage_error(
             "--columns is for tables of points (XYZ, PTS, ASC, CSV, TXT); this file says itself what it holds");
     Result<Surface> surface = format->read({text->bytes, place}, options);
     if (surface) {

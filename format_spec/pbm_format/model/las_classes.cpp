@@ -61,11 +61,10 @@ Result<std::bitset<256>> parse_classes(const std::string &list) {
     for (std::size_t at = 0; at <= list.size();) {
         const std::size_t comma = std::min(list.find(',', at), list.size());
         if (!add_classes(list.substr(at, comma - at), classes))
-            return Error{ErrorCode::usage, 0,
-                         std::string("'").append(list).append(
-                             "' is no list of classes; write numbers from 0 to 255, or ground, vegetation, building, "
-                             "noise, water, rail, road, wire, tower, bridge, overlap, unclassified, with commas "
-                             "between them")};
+            return usage_error(std::string("'").append(list).append(
+                "' is no list of classes; write numbers from 0 to 255, or ground, vegetation, building, "
+                "noise, water, rail, road, wire, tower, bridge, overlap, unclassified, with commas "
+                "between them"));
         at = comma + 1;
     }
     return classes;

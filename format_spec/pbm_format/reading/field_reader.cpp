@@ -12,7 +12,7 @@ namespace pbm {
 Result<FieldReader> FieldReader::open(const Reader &reader) {
     const SectionEntry *const section = reader.section(SectionType::fields);
     if (section == nullptr)
-        return Error{ErrorCode::usage, 0, "the file has no fields"};
+        return usage_error("the file has no fields");
     FieldReader fields(reader);
     const Result<HeldBytes> stored = reader.source().require(section->range());
     if (!stored)

@@ -128,8 +128,7 @@ Result<Reader> Reader::open(ByteSource source) try {
 
 Result<const LevelDirectory *> Reader::directory(int level) try {
     if (level < 1 || level > depth())
-        return Error{ErrorCode::usage, 0,
-                     "the file has no level " + std::to_string(level) + " but 1 to " + std::to_string(depth())};
+        return usage_error("the file has no level " + std::to_string(level) + " but 1 to " + std::to_string(depth()));
     for (int next = 1; next <= level; ++next) {
         const auto at = static_cast<std::size_t>(next);
         if (is_read(next))
@@ -169,13 +168,12 @@ FileRange Reader::directory_range(int level) const {
 }
 
 Status Reader::check_chunk(int level, std::size_t index, std::optional<Storage> storage) const {
-    const auto refuse = [](std::string text) { return Error{ErrorCode::usage, 0, std::move(text)}; };
     if (!is_read(level))
-        return refuse("the directory of level " + std::to_string(level) + " was not read before its chunks");
+        return usage_error("the directory of level " + std::to_string(level) + " was not read before its chunks");
     if (index >= directories_[static_cast<std::size_t>(level)].chunks.size())
-        return refuse("level " + std::to_string(level) + " has no chunk " + std::to_string(index));
+        return usage_error("level " + std::to_string(level) + " has no chunk " + std::to_string(index));
     if (storage && *storage != header_.storage())
-        return refuse("chunks of packed files are loaded from their bytes, those of mapped files are viewed");
+        return usage_error("chunks of packed files are loaded from their bytes, those of mapped files are viewed");
     return {};
 }
 

@@ -17,8 +17,6 @@
 namespace pbm {
 namespace {
 
-Error refuse(std::string what) { return {ErrorCode::usage, 0, std::move(what)}; }
-
 // The texture with the palette of another one.
 SolidTexture with_palette(SolidTexture texture, const SolidTexture &of) {
     texture.palette = of.palette;
@@ -42,17 +40,17 @@ Status check_edit(const ModelParameters &file, const ModelEdit &edit) {
     Grid grid = wanted.grid;
     grid.unit = file.grid.unit;
     if (wanted.grid.up != file.grid.up && file.ground)
-        return refuse("the up axis of a model with a ground plane is fixed; build it anew with --up");
+        return usage_error("the up axis of a model with a ground plane is fixed; build it anew with --up");
     grid.up = file.grid.up;
     if (grid != file.grid || wanted.attributes != file.attributes || wanted.fields != file.fields ||
         wanted.closed != file.closed)
-        return refuse("an edit keeps grid, attributes and fields of the file, and whether its surface is closed");
+        return usage_error("an edit keeps grid, attributes and fields of the file, and whether its surface is closed");
     if (wanted.materials.size() != file.materials.size())
-        return refuse("an edit keeps the number of materials: points name them by number");
+        return usage_error("an edit keeps the number of materials: points name them by number");
     if (!std::equal(wanted.texture.begin(), wanted.texture.end(), file.texture.begin(), file.texture.end(),
                     [](const SolidTexture &a, const SolidTexture &b) { return same_but_for_palette(a, b); }) ||
         !same_but_for_palette(wanted.ground, file.ground))
-        return refuse("an edit keeps textures and ground plane but for their palettes");
+        return usage_error("an edit keeps textures and ground plane but for their palettes");
     return check_small_sections(wanted, edit.metadata);
 }
 
@@ -60,17 +58,17 @@ Status place_shadows(const ModelEdit &edit, Model &model) {
     const AttributeSet &set = model.parameters.attributes;
     for (const FreshShadows &fresh : edit.shadows) {
         if (fresh.light >= static_cast<std::size_t>(set.lights) || fresh.finest.size() != model.point_count())
-            return refuse("new shadows are those of a light and of points of the file");
+            return usage_error("new shadows are those of a light and of points of the file");
         const unsigned most =
             (1U << set.shadow_bits[fresh.light][static_cast<std::size_t>(model.parameters.grid.depth)]) - 1;
         if (std::any_of(fresh.finest.begin(), fresh.finest.end(), [&](std::uint8_t lit) { return lit > most; }))
-            return refuse("new shadows have the bits of the file");
+            return usage_error("new shadows have the bits of the file");
         model.levels.back().points.shadows[fresh.light] = fresh.finest;
         if (fresh.light >= model.images.ground_lit.size())
             continue;
         Image &ground = model.images.ground_lit[fresh.light];
         if (fresh.ground.width != ground.width || fresh.ground.texels.size() != ground.texels.size())
-            return refuse("new shadows on the ground have the size of those of the file");
+            return usage_error("new shadows on the ground have the size of those of the file");
         ground = fresh.ground;
     }
     return {};

@@ -76,7 +76,7 @@ Status check_fields(const Model &model) {
     for (const Level &level : model.levels)
         for (std::size_t f = 0; f < fields.size(); ++f)
             if (f >= level.fields.size() || level.fields[f].size() != level.points.size() * fields[f].bytes)
-                return Error{ErrorCode::usage, 0, "the model's levels lack values of its fields"};
+                return usage_error("the model's levels lack values of its fields");
     const Result<FieldTable> decoded = decode_fields(encode_fields(field_table(model)));
     return decoded ? Status() : decoded.error();
 }

@@ -41,12 +41,11 @@ Error no_such_field(const std::vector<Field> &fields, const std::string &wanted)
     std::string names;
     for (const Field &field : fields)
         names += (names.empty() ? "" : ", ") + field.name;
-    return {ErrorCode::usage, 0,
-            fields.empty() ? "the model has no fields; build it with pbm-build --field " + wanted
-                           : "the model has no field '" + wanted + "' but " + names +
-                                 (wanted.find(',') == std::string::npos
-                                      ? ""
-                                      : "; behind a comma stand a range or a map: viridis, grey, classes")};
+    return usage_error(fields.empty() ? "the model has no fields; build it with pbm-build --field " + wanted
+                                      : "the model has no field '" + wanted + "' but " + names +
+                                            (wanted.find(',') == std::string::npos
+                                                 ? ""
+                                                 : "; behind a comma stand a range or a map: viridis, grey, classes"));
 }
 
 // The finest level that is a single chunk.

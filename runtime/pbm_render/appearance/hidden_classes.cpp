@@ -20,9 +20,8 @@ bool has_classes(const ModelParameters &parameters) { return find_classes(parame
 Result<HiddenClasses> hidden_classes(const ModelParameters &parameters, const ClassChoice &choice) {
     const Field *const field = find_classes(parameters.fields);
     if (field == nullptr)
-        return Error{ErrorCode::usage, 0,
-                     "the model has no classes, which --drop-class and --show-class choose from; build it with "
-                     "pbm-build --field classification"};
+        return usage_error("the model has no classes, which --drop-class and --show-class choose from; build it with "
+                           "pbm-build --field classification");
     HiddenClasses hidden{.field = static_cast<std::size_t>(field - parameters.fields.data()),
                          .description = *field,
                          .hides = std::vector<std::uint8_t>(field->max_stored() + 1)};

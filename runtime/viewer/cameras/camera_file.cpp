@@ -322,7 +322,7 @@ Result<CameraChoice> parse_camera_file(const std::string &text) {
         if (const std::size_t at = lower.rfind(with_name); at != std::string::npos)
             return CameraChoice{text.substr(0, at + with_name.size() - 1), text.substr(at + with_name.size())};
     }
-    return Error{ErrorCode::usage, 0, "'" + text + "' is no camera file; write FILE.gltf, FILE.glb or FILE.glb,NAME"};
+    return usage_error("'" + text + "' is no camera file; write FILE.gltf, FILE.glb or FILE.glb,NAME");
 }
 
 Result<CameraPath> parse_camera(ByteView file, const CameraChoice &choice) {

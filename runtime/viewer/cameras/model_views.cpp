@@ -78,11 +78,10 @@ Result<SavedView> find_view(std::string_view metadata, const std::string &name) 
     std::string names;
     for (std::size_t i = 0; i < views.size() && i < kShown; ++i)
         names += (i == 0 ? "" : ", ") + command_line::printable(views[i].name);
-    return Error{ErrorCode::usage, 0,
-                 "--view: " + (views.empty()
-                                   ? "the model has no view with a name; build it from a glTF file with cameras"
-                                   : "no view is named " + command_line::printable(name) + "; there are: " + names +
-                                         (views.size() > kShown ? ", ..." : ""))};
+    return usage_error("--view: " + (views.empty()
+                                         ? "the model has no view with a name; build it from a glTF file with cameras"
+                                         : "no view is named " + command_line::printable(name) +
+                                               "; there are: " + names + (views.size() > kShown ? ", ..." : "")));
 }
 
 ViewOptions with_camera(ViewOptions options, const SavedView &view) {

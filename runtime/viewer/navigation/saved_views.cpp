@@ -97,7 +97,7 @@ std::optional<SavedView> SavedViews::find(const std::string &path, int number) c
 Status SavedViews::save(const std::string &path, int number, const SavedView &view) const {
     const Key key{std::to_string(number), full_path(path)};
     if (file_.empty() || key.path.find('\n') != std::string::npos)
-        return Error{ErrorCode::usage, 0, "views of this model cannot be kept"};
+        return usage_error("views of this model cannot be kept");
     // The newest first.
     std::string text = key.number + camera_as_options(view.camera, view.view_angle) + '\t' + key.path + '\n';
     std::size_t count = 1;

@@ -32,8 +32,6 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text, std::str
     return at == end ? std::optional(numbers) : std::nullopt;
 }
 
-Error usage_error(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
-
 } // namespace
 
 Result<glm::ivec2> parse_resolution(const std::string &text) {

@@ -67,8 +67,7 @@ Result<Preset> parse_preset(const std::string &text) {
         if (error == std::errc() && at == end && preset.angle >= kLeastAngle && preset.angle <= kMostAngle)
             return preset;
     }
-    return Error{ErrorCode::usage, 0,
-                 "'" + text + "' is no preset; write plate, hero, clay, raking or raking,15 (1 to 60 degrees)"};
+    return usage_error("'" + text + "' is no preset; write plate, hero, clay, raking or raking,15 (1 to 60 degrees)");
 }
 
 void set_preset(const Preset &preset, ViewOptions &view) {

@@ -22,8 +22,8 @@ Result<FrameRange> parse_frames(const std::string &text) {
                             number(std::string_view(text).substr(dash + 1))}; // all of it without a dash
     if (frames.first >= 1 && frames.last >= frames.first)
         return frames;
-    return Error{ErrorCode::usage, 0,
-                 "'" + text + "' are no frames; write 1 to " + std::to_string(kMaxFrames) + ", or a part like 21-40"};
+    return usage_error("'" + text + "' are no frames; write 1 to " + std::to_string(kMaxFrames) +
+                       ", or a part like 21-40");
 }
 
 } // namespace
@@ -57,7 +57,7 @@ void add_video_options(command_line::CommandLine &line, VideoChoice &choice) {
 Status complete_video(VideoChoice &choice, const std::string &model, const RenderOptions &render) {
     std::string &output = choice.video.output;
     if (choice.avi && !output.empty())
-        return Error{ErrorCode::usage, 0, "--avi and --turntable both name a video; keep one of them"};
+        return usage_error("--avi and --turntable both name a video; keep one of them");
     if (choice.avi)
         output = (model.empty() ? "sample" : std::filesystem::path(model).stem().string()) + ".avi";
     if (output.empty())
@@ -65,11 +65,10 @@ Status complete_video(VideoChoice &choice, const std::string &model, const Rende
     if (Status known = check_video_name(output); !known)
         return known;
     if (choice.part)
-        return Error{ErrorCode::usage, 0, "a turntable has no parts; give --frames their number alone"};
+        return usage_error("a turntable has no parts; give --frames their number alone");
     if (render.background[3] == 0 && !has_transparency(output))
-        return Error{ErrorCode::usage, 0,
-                     output + ": videos have no transparency; choose pictures (name_%04d.png) or leave out "
-                              "--no-background"};
+        return usage_error(output + ": videos have no transparency; choose pictures (name_%04d.png) or leave out "
+                                    "--no-background");
     return {};
 }
 

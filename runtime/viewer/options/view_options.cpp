@@ -227,9 +227,9 @@ Result<Camera> choose_camera(const ViewOptions &options, const Extent &extent, c
     camera.clip = options.clip;
     camera.backs = options.backs;
     if (!is_usable(camera))
-        return Error{ErrorCode::usage, 0,
-                     "the camera sees nothing: it stands at its focal point or looks along its view-up, or a number is "
-                     "missing"};
+        return usage_error(
+            "the camera sees nothing: it stands at its focal point or looks along its view-up, or a number is "
+            "missing");
     return camera;
 }
 

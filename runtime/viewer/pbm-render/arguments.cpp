@@ -69,19 +69,18 @@ Result<Sequence> sequence_of(const RenderArguments &arguments) {
     if (!names)
         return names.error();
     if (arguments.thumbnail > 0 || !arguments.depth_output.empty() || !arguments.page.empty() || arguments.bench > 0)
-        return Error{ErrorCode::usage, 0, "a sequence has no thumbnail, depth file, page or bench"};
+        return usage_error("a sequence has no thumbnail, depth file, page or bench");
     if (arguments.given.contains("--frames") && !arguments.choice.part)
-        return Error{ErrorCode::usage, 0, "--frames of a sequence is a part of it, like 1-40"};
+        return usage_error("--frames of a sequence is a part of it, like 1-40");
     const double fps = arguments.given.contains("--fps") ? arguments.video().fps
                                                          : arguments.path->rate.value_or(arguments.video().fps);
     const int all = frame_count(*arguments.path, fps);
     const std::string length = std::to_string(all) + " frames at " + to_string(Value(fps)) + " a second";
     if (all > kMaxFrames)
-        return Error{ErrorCode::usage, 0, "the animation has " + length + ", more than " + std::to_string(kMaxFrames)};
+        return usage_error("the animation has " + length + ", more than " + std::to_string(kMaxFrames));
     FrameRange frames = arguments.choice.part.value_or(FrameRange{1, all});
     if (frames.first > all)
-        return Error{ErrorCode::usage, 0,
-                     "--frames begins at " + std::to_string(frames.first) + ", and the animation has " + length};
+        return usage_error("--frames begins at " + std::to_string(frames.first) + ", and the animation has " + length);
     frames.last = std::min(frames.last, all);
     return Sequence{*arguments.path, fps, frames, *names, *arguments.form(), arguments.resume};
 }

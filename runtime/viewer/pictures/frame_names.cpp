@@ -34,16 +34,14 @@ Result<FrameNames> parse_frame_names(const std::string &pattern) {
             at += 2;
         }
         if (has_number || at >= pattern.size() || pattern[at] != 'd')
-            return Error{ErrorCode::usage, 0,
-                         pattern +
-                             ": a % stands for the number of the frame, once, as %d or %04d; %% is a % of the name"};
+            return usage_error(pattern +
+                               ": a % stands for the number of the frame, once, as %d or %04d; %% is a % of the name");
         names.digits = digits;
         has_number = true;
     }
     if (has_number)
         return names;
-    return Error{ErrorCode::usage, 0,
-                 pattern + ": the number of the frame is missing; choose a name like name_%04d.png"};
+    return usage_error(pattern + ": the number of the frame is missing; choose a name like name_%04d.png");
 }
 
 } // namespace pbm

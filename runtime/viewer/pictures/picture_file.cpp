@@ -31,9 +31,8 @@ Result<PictureForm> picture_form(const std::string &name) {
         return PictureForm::jpeg;
     if (extension == ".exr")
         return PictureForm::exr;
-    return Error{
-        ErrorCode::usage, 0,
-        name + ": pictures are PNG, JPEG, BMP or EXR files; choose a name that ends with .png, .jpg, .bmp or .exr"};
+    return usage_error(
+        name + ": pictures are PNG, JPEG, BMP or EXR files; choose a name that ends with .png, .jpg, .bmp or .exr");
 }
 
 Result<Bytes> encode_picture(const Framebuffer &picture, PictureForm form, int threads) {

@@ -31,8 +31,7 @@ Result<Form> form_of(const std::string &output) {
         const auto names = parse_frame_names(output);
         return names ? Result<Form>(Form::pictures) : names.error();
     }
-    return Error{ErrorCode::usage, 0,
-                 output + ": videos are .avi, .mp4, pictures like name_%04d.png, or - for raw frames"};
+    return usage_error(output + ": videos are .avi, .mp4, pictures like name_%04d.png, or - for raw frames");
 }
 
 // A frame of `size`, which repeats the last column and row of the picture.

@@ -207,10 +207,7 @@ TEST(VideoRecorder, TellsTheFirstErrorAndFinishesNothing) {
                    .write = [&](ByteView) -> Status {
                        return ++written < 3 ? Status() : Status(Error{ErrorCode::io, 0, "full"});
                    },
-                   .finish =
-                       [] {
-                           return Error{ErrorCode::usage, 0, "finished"};
-                       }};
+                   .finish = [] { return usage_error("finished"); }};
     VideoRecorder recorder(std::move(sink), {4, 3}, false, 2, 1 << 20);
     Status status;
     for (int i = 0; i < 20 && status; ++i)

@@ -61,7 +61,7 @@ Result<double> alpha_cutoff(const std::string &text) {
         return 0.0;
     const auto value = parse_all<double>(text);
     if (!value || !(*value >= 0 && *value <= 1))
-        return usage("Value " + text + " is neither none nor a number of 0 to 1");
+        return usage_error("Value " + text + " is neither none nor a number of 0 to 1");
     return *value;
 }
 
@@ -77,7 +77,7 @@ Result<std::array<double, 3>> three_numbers(const std::string &text) {
     for (std::size_t i = 0; i < parts.size(); ++i) {
         const auto value = parse_all<double>(parts[i]);
         if (parts.size() != 3 || !value || !std::isfinite(*value))
-            return usage("Value " + text + " is not X,Y,Z: three finite numbers");
+            return usage_error("Value " + text + " is not X,Y,Z: three finite numbers");
         values[i] = *value;
     }
     return values;
@@ -145,7 +145,7 @@ Result<PartNumber> parse_shard(const std::string &text) {
     const auto index = parse_all<std::uint64_t>(std::string_view(text).substr(0, slash));
     const auto count = parse_all<std::uint64_t>(std::string_view(text).substr(std::min(slash + 1, text.size())));
     if (!index || !count || *index >= *count)
-        return usage("'" + text + "' is no shard; write I/N with I from 0 to N - 1, like 0/8");
+        return usage_error("'" + text + "' is no shard; write I/N with I from 0 to N - 1, like 0/8");
     return PartNumber{*index, *count};
 }
 
@@ -240,9 +240,9 @@ std::optional<int> name_output(const CommandLine &line, Arguments &arguments) {
     if (!by_recipe || arguments.allow_outside || command_line::is_below(arguments.output, arguments.recipe))
         return std::nullopt;
     return command_line::fail(line.program, arguments.recipe,
-                              usage("the output " + arguments.output +
-                                    ", named after the input, lies outside the "
-                                    "folder of this file; name it with -o, or allow that with --allow-outside"));
+                              usage_error("the output " + arguments.output +
+                                          ", named after the input, lies outside the "
+                                          "folder of this file; name it with -o, or allow that with --allow-outside"));
 }
 
 // The value with numbers, also those between commas, in their shortest spelling.
@@ -553,13 +553,13 @@ Status take_model_values(const CommandLine &line, const SceneArguments &scene, A
         return request.error();
     arguments.build.scene = std::move(*request);
     if (arguments.fields.size() > kMaxFields)
-        return usage("--field is given " + std::to_string(arguments.fields.size()) +
-                     " times; a model keeps at most 8 fields");
+        return usage_error("--field is given " + std::to_string(arguments.fields.size()) +
+                           " times; a model keeps at most 8 fields");
     for (const std::string &text : arguments.fields) {
         FieldRequest field = *parse_field(text);
         for (const FieldRequest &other : arguments.build.fields)
             if (other.name == field.name)
-                return usage("--field " + field.name + " is given twice");
+                return usage_error("--field " + field.name + " is given twice");
         arguments.build.fields.push_back(std::move(field));
     }
     for (const std::string &text : arguments.viewpoints)

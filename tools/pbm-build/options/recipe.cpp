@@ -18,7 +18,9 @@ constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
 constexpr int kMaxDots = 8;            // of one key: keys of recipes have none
 constexpr std::size_t kMaxTables = 64; // of lights or materials; a model holds 8. Reading more takes quadratic time
 
-Error refuse(std::size_t line, const std::string &what) { return usage("line " + std::to_string(line) + ": " + what); }
+Error refuse(std::size_t line, const std::string &what) {
+    return usage_error("line " + std::to_string(line) + ": " + what);
+}
 
 // The line of a key with more than kMaxDots dots, a.b.c, if there is one. The TOML library would nest as many tables
 // and overflow its stack. Strings and comments are skipped; an unfinished string ends the search.
@@ -145,10 +147,10 @@ Result<std::vector<Setting>> read_recipe(const std::string &path) {
     if (!file)
         return file.error();
     if (file->bytes().size() > kMaxBytes)
-        return usage("larger than 1 MiB: this is no recipe");
+        return usage_error("larger than 1 MiB: this is no recipe");
     const auto utf8 = as_utf8(file->bytes());
     if (!utf8)
-        return usage(utf8.error().message);
+        return usage_error(utf8.error().message);
     const std::string_view text(reinterpret_cast<const char *>(utf8->bytes.data()), utf8->bytes.size());
     if (const auto line = line_of_deep_key(text))
         return refuse(*line, "a key of more than " + std::to_string(kMaxDots) + " dots; keys of recipes have none");

@@ -25,7 +25,7 @@ auto number_within(const command_line::Numbers &range) {
     return [least = range.least, most = range.most](const std::string &text) -> Result<double> {
         Result<double> number = read_number(text);
         if (number && !(*number >= least && *number <= most))
-            return usage(in_quotes(text) + formatted(" is not within %g..%g", least, most));
+            return usage_error(in_quotes(text) + formatted(" is not within %g..%g", least, most));
         return number;
     };
 }
@@ -140,13 +140,13 @@ Result<GroundRequest> ground_request(const SceneArguments &arguments) {
     GroundRequest ground = arguments.ground_options;
     ground.texture = texture_kind(arguments.ground);
     if (!ground.texture && (ground.scale || !ground.colours.empty()))
-        return usage("--ground-scale and --ground-colours need --ground marble or wood");
+        return usage_error("--ground-scale and --ground-colours need --ground marble or wood");
     if (!arguments.ground_material.empty())
         ground.material = *read_material(arguments.ground_material);
     if (ground.texture)
         if (auto made = make_texture({.kind = *ground.texture, .colours = ground.colours, .scale = ground.scale});
             !made)
-            return usage("--ground-colours: " + made.error().message);
+            return usage_error("--ground-colours: " + made.error().message);
     return ground;
 }
 
@@ -206,13 +206,13 @@ Result<SceneRequest> scene_request(const CommandLine &line, const SceneArguments
     for (const std::string &text : arguments.lights)
         request.lights.push_back(*read_light(text));
     if (request.lights.size() > kMaxLights)
-        return usage(std::to_string(request.lights.size()) + " lights, a .pbvg file holds " +
-                     std::to_string(kMaxLights));
+        return usage_error(std::to_string(request.lights.size()) + " lights, a .pbvg file holds " +
+                           std::to_string(kMaxLights));
     for (const std::string &text : arguments.materials)
         request.materials.push_back(*read_material(text));
     if (request.materials.size() > kMaxMaterials)
-        return usage(std::to_string(request.materials.size()) + " materials, a .pbvg file holds " +
-                     std::to_string(kMaxMaterials));
+        return usage_error(std::to_string(request.materials.size()) + " materials, a .pbvg file holds " +
+                           std::to_string(kMaxMaterials));
     if (arguments.legacy_material)
         request.default_material = *read_material("legacy");
     request.reflects = arguments.environment_map;
@@ -220,7 +220,7 @@ Result<SceneRequest> scene_request(const CommandLine &line, const SceneArguments
         request.texture = arguments.texture_options;
         request.texture->kind = *texture_kind(arguments.texture);
         if (auto made = make_texture(*request.texture); !made)
-            return usage("--texture-colours: " + made.error().message);
+            return usage_error("--texture-colours: " + made.error().message);
     }
     if (arguments.shadows)
         request.shadows = arguments.shadow_options;

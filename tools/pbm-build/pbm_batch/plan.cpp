@@ -107,7 +107,7 @@ int check_names(std::string_view program, const Arguments &arguments, std::span<
         if (is_ninja(arguments))
             writable = check(name);
         else if (name.find_first_of("\r\n") != std::string::npos) // would end a comment, or a line of a list
-            writable = usage("a name of several lines cannot stand in a script; rename the file or its folder");
+            writable = usage_error("a name of several lines cannot stand in a script; rename the file or its folder");
         if (!writable)
             return command_line::fail(program, name, writable.error());
     }
@@ -119,7 +119,7 @@ constexpr const char *kAlways = "pbm-build-always"; // a target that is never th
 // Ninja has no escape for | in paths.
 Status check_ninja_path(const std::string &name) {
     if (name.find_first_of("|\r\n") != std::string::npos)
-        return usage(
+        return usage_error(
             "a name with | or of several lines cannot stand in a file of Ninja; rename the file or its folder");
     return {};
 }

@@ -19,8 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Error usage(const std::string &message) { return {ErrorCode::usage, 0, message}; }
-
 bool is_named_like_scan(const fs::path &file) {
     const std::string extension = lower_extension(uncompressed_name(file.string()));
     const auto &known = command_line::kScanExtensions;
@@ -111,7 +109,7 @@ Result<std::vector<fs::path>> scans_of_list(const std::string &list, const fs::p
     std::string text(file->bytes().begin(), file->bytes().end());
     text.erase(0, text.starts_with(kMark) ? kMark.size() : 0);
     if (text.find('\0') != std::string::npos)
-        return usage("a NUL byte: it is no list of scans but perhaps a scan itself; write a path a line");
+        return usage_error("a NUL byte: it is no list of scans but perhaps a scan itself; write a path a line");
     std::vector<fs::path> files;
     std::unordered_map<std::string, std::size_t> line_of;
     std::istringstream lines(text);
@@ -125,8 +123,8 @@ Result<std::vector<fs::path>> scans_of_list(const std::string &list, const fs::p
         fs::path path = folder / line; // not normalised: a link before ".." leads elsewhere
         const auto [first, is_new] = line_of.emplace(path.lexically_normal().string(), number);
         if (!is_new)
-            return usage("line " + std::to_string(number) + " names the scan of line " + std::to_string(first->second) +
-                         " again");
+            return usage_error("line " + std::to_string(number) + " names the scan of line " +
+                               std::to_string(first->second) + " again");
         files.push_back(std::move(path));
     }
     return files;
@@ -195,10 +193,11 @@ Result<ScanList> read_scan_list(const ScanRequest &request) {
         return files.error();
     ScanList list{.scans = {}, .left_out = std::move(walk).left_out()};
     if (files->empty())
-        return usage(!is_folder               ? "the list names no scan"
-                     : !list.left_out.empty() ? "no scan in this folder; left out: " + kinds_of(list.left_out)
-                                              : "no file in this folder is named like a scan; --batch takes a list "
-                                                "of files, too");
+        return usage_error(!is_folder ? "the list names no scan"
+                           : !list.left_out.empty()
+                               ? "no scan in this folder; left out: " + kinds_of(list.left_out)
+                               : "no file in this folder is named like a scan; --batch takes a list "
+                                 "of files, too");
     std::unordered_map<std::string, std::size_t> known; // numbers of scans by outputs
     for (const fs::path &file : *files) {
         const fs::path below = place_below(root, file), place = below.empty() ? file.filename() : below;
@@ -213,8 +212,8 @@ Result<ScanList> read_scan_list(const ScanRequest &request) {
         const auto [other, is_new] = known.emplace(scan.output, list.scans.size());
         if (!is_new) {
             const Scan &first = list.scans[other->second];
-            return usage(scan.input + " and " + first.input + " would both become " + scan.output + "; " +
-                         advice(scan, first, root));
+            return usage_error(scan.input + " and " + first.input + " would both become " + scan.output + "; " +
+                               advice(scan, first, root));
         }
         list.scans.push_back(std::move(scan));
     }

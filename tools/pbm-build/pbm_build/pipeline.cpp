@@ -135,8 +135,8 @@ Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const
             return voxels;
         }
         if (grid.depth == kMinBuildDepth)
-            return usage("even the coarsest grid has " + std::to_string(voxels.codes.size()) +
-                         " points; raise --max-points");
+            return usage_error("even the coarsest grid has " + std::to_string(voxels.codes.size()) +
+                               " points; raise --max-points");
     }
 }
 

@@ -48,9 +48,9 @@ bool is_special_target(std::string_view name) {
 }
 
 Status misread(const std::string &what) {
-    return usage(what +
-                 " cannot stand in a dependency file, which Make, Ninja or CMake would misread; rename the file or its "
-                 "folder");
+    return usage_error(
+        what + " cannot stand in a dependency file, which Make, Ninja or CMake would misread; rename the file or its "
+               "folder");
 }
 
 } // namespace

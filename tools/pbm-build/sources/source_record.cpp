@@ -146,7 +146,7 @@ Result<std::string> with_record(const std::string &metadata, const SourceRecord 
         json[kSourceFiles] = record.files;
     std::string text = json.dump();
     if (text.size() > kMaxMetadataBytes)
-        return usage("--name, --licence and --credit are too long: metadata is at most 4,096 bytes");
+        return usage_error("--name, --licence and --credit are too long: metadata is at most 4,096 bytes");
     return text;
 }
 

@@ -14,6 +14,5 @@ inline Error too_large(std::string message, std::uint64_t offset = 0) {
 }
 inline Error unsupported(std::string message) { return {ErrorCode::unsupported_feature, 0, std::move(message)}; }
 inline Error out_of_memory(std::string message) { return {ErrorCode::memory, 0, std::move(message)}; }
-inline Error usage(std::string message) { return {ErrorCode::usage, 0, std::move(message)}; }
 
 } // namespace pbm::build

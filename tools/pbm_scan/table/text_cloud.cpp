@@ -468,12 +468,13 @@ Result<std::vector<std::string>> parse_columns(const std::string &list) {
     for (const std::string_view part : split(list)) {
         const std::string &name = names.emplace_back(lower_case(trimmed(part)));
         if (name.empty() || (name != kSkippedColumn && std::find(names.begin(), names.end(), name) + 1 != names.end()))
-            return usage(printable_in_quotes(list) + " has a column without a name, or two of one name; '-' skips one");
+            return usage_error(printable_in_quotes(list) +
+                               " has a column without a name, or two of one name; '-' skips one");
     }
     const std::vector<ColumnRole> roles = roles_of(names);
     for (const ColumnRole axis : {ColumnRole::x, ColumnRole::y, ColumnRole::z})
         if (std::find(roles.begin(), roles.end(), axis) == roles.end())
-            return usage(printable_in_quotes(list) + " has no columns x, y and z");
+            return usage_error(printable_in_quotes(list) + " has no columns x, y and z");
     return names;
 }
 

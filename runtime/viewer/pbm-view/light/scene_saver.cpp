@@ -30,10 +30,9 @@ Result<ModelEdit> edit_for(const Reader &file, const SceneSave &save) {
             continue;
         const auto &baked = save.baked[l];
         if (!baked || !same_place(baked->light, parameters.lights[l]))
-            return Error{ErrorCode::usage, 0,
-                         light_name(parameters.lights[l], l) +
-                             " has no shadows for its place; save again when they are baked, or build the model anew "
-                             "with a recipe"};
+            return usage_error(light_name(parameters.lights[l], l) +
+                               " has no shadows for its place; save again when they are baked, or build the model anew "
+                               "with a recipe");
         const int bits = set.shadow_bits[l][static_cast<std::size_t>(file.depth())];
         edit.shadows.push_back(
             {.light = l, .finest = stored_fractions(*baked->fractions, bits), .ground = baked->ground});

@@ -73,12 +73,13 @@ Error no_such_field(const std::string &name, const Surface &surface) {
     offered.erase(std::unique(offered.begin(), offered.end()), offered.end());
     for (std::string &each : offered)
         each = printable(each);
-    return usage("--field " + printable(name) + ": no input has such a measurement" +
-                 (offered.empty() ? std::string(" or any other") : "; there is " + joined(offered, ", ")));
+    return usage_error("--field " + printable(name) + ": no input has such a measurement" +
+                       (offered.empty() ? std::string(" or any other") : "; there is " + joined(offered, ", ")));
 }
 
 Error no_field(const std::string &text, const std::string &why) {
-    return usage(printable_in_quotes(text) + ": " + why + "; a field is NAME[=MIN,MAX][,mean|majority|max][,8|16]");
+    return usage_error(printable_in_quotes(text) + ": " + why +
+                       "; a field is NAME[=MIN,MAX][,mean|majority|max][,8|16]");
 }
 
 std::optional<FieldAverage> average_named(std::string_view name) {
@@ -186,8 +187,9 @@ Result<std::vector<Field>> choose_fields(Surface &surface, std::span<const Field
         if (!field)
             return field.error();
         if (std::any_of(fields.begin(), fields.end(), [&](const Field &other) { return other.name == field->name; }))
-            return usage("two fields have the same first " + std::to_string(kMaxFieldName) + " bytes of their names, " +
-                         printable_in_quotes(field->name) + "; leave one of these --field out");
+            return usage_error("two fields have the same first " + std::to_string(kMaxFieldName) +
+                               " bytes of their names, " + printable_in_quotes(field->name) +
+                               "; leave one of these --field out");
         fields.push_back(std::move(*field));
     }
     for (std::size_t i = 0, slot = requests.size(); i < usual.size() && slot < kMaxFields; ++i, ++slot) {

@@ -100,11 +100,11 @@ Grid centred_grid(const Bounds &bounds, int depth) {
 
 Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size) {
     if (!std::isnormal(voxel_size) || !std::isfinite(std::ldexp(voxel_size, kMaxDepth)))
-        return usage("a voxel size of " + number(voxel_size) + " is out of range");
+        return usage_error("a voxel size of " + number(voxel_size) + " is out of range");
     const double farthest = farthest_coordinate(bounds);
     if (voxel_size < farthest * kMinVoxel)
-        return usage("a voxel size of " + number(voxel_size) + " is finer than coordinates of " + number(farthest) +
-                     " can be; use at least " + number(farthest * kMinVoxel));
+        return usage_error("a voxel size of " + number(voxel_size) + " is finer than coordinates of " +
+                           number(farthest) + " can be; use at least " + number(farthest * kMinVoxel));
     for (int depth = kMinBuildDepth; depth <= kMaxDepth; ++depth) {
         Grid grid{.depth = depth, .origin = {}, .voxel_size = voxel_size};
         bool holds = true;
@@ -118,8 +118,8 @@ Result<Grid> snapped_grid(const Bounds &bounds, double voxel_size) {
             return grid;
     }
     const double least = bounds.extent() / static_cast<double>((1 << kMaxDepth) - 2);
-    return usage("a voxel size of " + number(voxel_size) + " needs more than " + std::to_string(kMaxDepth) +
-                 " levels; use at least " + number(least));
+    return usage_error("a voxel size of " + number(voxel_size) + " needs more than " + std::to_string(kMaxDepth) +
+                       " levels; use at least " + number(least));
 }
 
 Result<Grid> read_grid(const std::string &path) {
@@ -390,13 +390,13 @@ int finest_depth(const Surface &surface, const Bounds &bounds, std::uint64_t max
 // Verifies that the box lies within a grid taken from another file: no point may be moved.
 Status check_fits(const Bounds &bounds, const Grid &grid) {
     if (grid.depth < kMinBuildDepth)
-        return usage("the grid of --grid-like has depth " + std::to_string(grid.depth) + ", the least is " +
-                     std::to_string(kMinBuildDepth));
+        return usage_error("the grid of --grid-like has depth " + std::to_string(grid.depth) + ", the least is " +
+                           std::to_string(kMinBuildDepth));
     for (int axis = 0; axis < 3; ++axis) {
         const double corner = grid.origin[static_cast<std::size_t>(axis)];
         const double low = bounds.lowest[axis], high = bounds.highest[axis];
         if (low < corner || high - corner > grid.edge())
-            return usage(
+            return usage_error(
                 formatted("the scan reaches from %.12g to %.12g along %c, the grid of --grid-like from %.12g to "
                           "%.12g; choose a larger grid, or --scale and --origin",
                           low, high, "xyz"[axis], corner, corner + grid.edge()));

@@ -150,8 +150,8 @@ Result<PartSize> parse_part_size(const std::string &text) {
     } else if (const auto faces = parse_all<std::uint64_t>(text); faces && *faces > 0) {
         return PartSize{.faces = *faces};
     }
-    return usage("Value " + text +
-                 " is neither a percentage of the largest part's area, such as 1%, nor a number of faces");
+    return usage_error("Value " + text +
+                       " is neither a percentage of the largest part's area, such as 1%, nor a number of faces");
 }
 
 std::string to_text(const PartSize &size) {

@@ -128,11 +128,11 @@ Result<Metadata> make_metadata(const BuildOptions &build, const ScanFacts &scan)
     try {
         text = metadata.dump();
     } catch (const nlohmann::json::exception &) {
-        return usage("--name, --licence and --credit take UTF-8 text only");
+        return usage_error("--name, --licence and --credit take UTF-8 text only");
     }
     if (text.size() > kMaxMetadataBytes)
-        return usage("--name, --licence, --credit and the options of the scene are too long: metadata is at most "
-                     "4,096 bytes");
+        return usage_error("--name, --licence, --credit and the options of the scene are too long: metadata is at most "
+                           "4,096 bytes");
     Metadata made{std::move(text)};
     made.has_crs = !scan.crs.empty() && (add_if_fits(metadata, "crs", scan.crs, kRecord, made.text) ||
                                          add_if_fits(metadata, "crs", short_crs(scan.crs), kRecord, made.text));

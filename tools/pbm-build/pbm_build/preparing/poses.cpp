@@ -113,15 +113,15 @@ Result<glm::dmat4> read_matrix(const std::string &path) {
 
 Result<std::vector<PosedScan>> posed_scans(std::span<const std::string> inputs, std::span<const std::string> poses) {
     if (!poses.empty() && poses.size() != inputs.size())
-        return usage(std::to_string(poses.size()) + " poses for " + std::to_string(inputs.size()) +
-                     " inputs; give one --pose for each, in their order");
+        return usage_error(std::to_string(poses.size()) + " poses for " + std::to_string(inputs.size()) +
+                           " inputs; give one --pose for each, in their order");
     std::vector<PosedScan> scans;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const Result<MappedFile> file =
             is_stream(inputs[i]) ? Result<MappedFile>(Error{}) : MappedFile::open(inputs[i]);
         if (file && is_alignment(file->bytes())) {
             if (!poses.empty())
-                return usage(inputs[i] + ": an alignment file has poses of its own; leave --pose out");
+                return usage_error(inputs[i] + ": an alignment file has poses of its own; leave --pose out");
             std::vector<NamedFile> looked_for;
             if (Status read = read_alignment(inputs[i], file->bytes(), scans, looked_for); !read)
                 return read.error();

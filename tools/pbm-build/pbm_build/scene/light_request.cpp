@@ -30,8 +30,8 @@ std::array<float, 3> as_floats(const glm::vec3 &v) { return {v.x, v.y, v.z}; }
 Result<double> read_between(std::string_view text, double least, double most) {
     Result<double> number = read_number(text);
     if (number && (*number < least || *number > most))
-        return usage(in_quotes(text) + " is not within " + std::to_string(static_cast<int>(least)) + ".." +
-                     std::to_string(static_cast<int>(most)));
+        return usage_error(in_quotes(text) + " is not within " + std::to_string(static_cast<int>(least)) + ".." +
+                           std::to_string(static_cast<int>(most)));
     return number;
 }
 
@@ -40,10 +40,10 @@ Status set_vector(std::string_view text, bool may_be_zero, std::optional<Vector>
     if (!vector)
         return vector.error();
     if (!may_be_zero && *vector == Vector{})
-        return usage(in_quotes(text) + " has the length zero");
+        return usage_error(in_quotes(text) + " has the length zero");
     constexpr double kFarthest = 1e30; // of coordinates that can be built at all (grid_choice.h)
     if (longest_of(*vector) > kFarthest)
-        return usage(in_quotes(text) + " is too far away");
+        return usage_error(in_quotes(text) + " is too far away");
     to = *vector;
     return {};
 }
@@ -60,7 +60,7 @@ Status set_intensity(std::string_view text, Vector &to) {
         return read;
     for (int channel = 0; channel < 3; ++channel)
         if (to[channel] < 0 || to[channel] > kMaxIntensity)
-            return usage(in_quotes(text) + " is not within 0..1000000");
+            return usage_error(in_quotes(text) + " is not within 0..1000000");
     return {};
 }
 
@@ -88,11 +88,12 @@ Status set_field(const OptionFields::Field &field, LightRequest &light, Rgb8 &co
         return {};
     }
     if (key == "shadows")
-        return usage(in_quotes(value) + " is neither on nor off");
+        return usage_error(in_quotes(value) + " is neither on nor off");
     std::string keys = directional ? "direction, from" : "position, from";
     keys += spot ? ", direction, target, exponent" : "";
     const std::string kind(kKinds[static_cast<std::size_t>(light.kind)]);
-    return usage(kind + " lights have no " + in_quotes(key) + ", but " + keys + ", intensity, colour, shadows, size");
+    return usage_error(kind + " lights have no " + in_quotes(key) + ", but " + keys +
+                       ", intensity, colour, shadows, size");
 }
 
 // Verifies that place and direction are given exactly once.
@@ -100,14 +101,14 @@ Status check_whole(const LightRequest &light) {
     const bool directional = light.kind == LightKind::directional;
     const std::string place = directional ? "direction" : "position";
     if (light.from.has_value() == (directional ? light.direction : light.position).has_value())
-        return usage(light.from ? in_quotes(place) + " and 'from' say the same; keep one of them"
-                                : "it needs " + place + "=X,Y,Z, or from=RIGHT,UP,FRONT in radii of the model");
+        return usage_error(light.from ? in_quotes(place) + " and 'from' say the same; keep one of them"
+                                      : "it needs " + place + "=X,Y,Z, or from=RIGHT,UP,FRONT in radii of the model");
     if (light.direction && light.target)
-        return usage("'direction' and 'target' say the same; keep one of them");
+        return usage_error("'direction' and 'target' say the same; keep one of them");
     if (light.target && light.position == light.target)
-        return usage("'position' and 'target' are the same place");
+        return usage_error("'position' and 'target' are the same place");
     if (light.kind == LightKind::spot && light.from == Vector{} && !light.direction && !light.target)
-        return usage("it stands in the centre of the model and aims there; give direction=X,Y,Z");
+        return usage_error("it stands in the centre of the model and aims there; give direction=X,Y,Z");
     return {};
 }
 
@@ -127,13 +128,13 @@ Result<LightRequest> read_light(std::string_view text) {
         return fields.error();
     const auto kind = std::find(kKinds.begin(), kKinds.end(), fields->word);
     if (kind == kKinds.end())
-        return usage(in_quotes(fields->word) + " is no kind of light" + suggestion(kKinds));
+        return usage_error(in_quotes(fields->word) + " is no kind of light" + suggestion(kKinds));
     LightRequest light;
     light.kind = static_cast<LightKind>(kind - kKinds.begin());
     Rgb8 colour{255, 255, 255};
     for (const OptionFields::Field &field : fields->fields)
         if (Status set = set_field(field, light, colour); !set)
-            return usage(field.key + ": " + set.error().message);
+            return usage_error(field.key + ": " + set.error().message);
     if (Status whole = check_whole(light); !whole)
         return whole.error();
     for (int i = 0; i < 3; ++i)

@@ -35,20 +35,20 @@ Status set_field(const OptionFields::Field &field, Material &material) {
         if (!share)
             return share.error();
         if (!(*share >= 0 && *share <= 1))
-            return usage(in_quotes(field.value) + " is not within 0..1");
+            return usage_error(in_quotes(field.value) + " is not within 0..1");
         material.tint = static_cast<std::uint8_t>(std::lround(*share * 255));
         return {};
     }
     const auto *const factor =
         std::find_if(kFactors.begin(), kFactors.end(), [&](const Factor &f) { return f.key == field.key; });
     if (factor == kFactors.end())
-        return usage("a material has ka, kd, ks, power, colour, environment, tint");
+        return usage_error("a material has ka, kd, ks, power, colour, environment, tint");
     const Result<double> number = read_number(field.value);
     if (!number)
         return number.error();
     const auto value = static_cast<float>(*number);
     if (!(value >= factor->least && value <= factor->most))
-        return usage(in_quotes(field.value) + " is not within " + std::string(factor->range));
+        return usage_error(in_quotes(field.value) + " is not within " + std::string(factor->range));
     material.*factor->value = value;
     return {};
 }
@@ -63,11 +63,11 @@ Result<Material> read_material(std::string_view text) {
         return fields.error();
     const MaterialPreset *const preset = material_preset(fields->word.empty() ? "default" : fields->word);
     if (preset == nullptr)
-        return usage(in_quotes(fields->word) + " is no material" + suggestion(kNames));
+        return usage_error(in_quotes(fields->word) + " is no material" + suggestion(kNames));
     Material material = preset->material;
     for (const OptionFields::Field &field : fields->fields)
         if (Status set = set_field(field, material); !set)
-            return usage(field.key + ": " + set.error().message);
+            return usage_error(field.key + ": " + set.error().message);
     return material;
 }
 

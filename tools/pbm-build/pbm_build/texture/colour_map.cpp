@@ -46,11 +46,11 @@ Result<std::vector<ColourStop>> parse_stops(std::string_view text) {
     for (const std::string_view word : split(text)) {
         const auto stop = parse_stop(word);
         if (!stop)
-            return usage(in_quotes(word) + " is no colour stop: write position:#rrggbb, position 0 to 1");
+            return usage_error(in_quotes(word) + " is no colour stop: write position:#rrggbb, position 0 to 1");
         if (!stops.empty() && stop->position <= stops.back().position)
-            return usage("colour stop " + in_quotes(word) + " is not behind the one before it");
+            return usage_error("colour stop " + in_quotes(word) + " is not behind the one before it");
         if (stops.size() == kMaxStops)
-            return usage("more than 64 colour stops");
+            return usage_error("more than 64 colour stops");
         stops.push_back(*stop);
     }
     return stops;
@@ -71,8 +71,8 @@ Result<std::vector<ColourStop>> find_colour_stops(TextureKind kind, std::string_
         if (map.kind == kind && (text.empty() || text == map.name))
             return parse_stops(map.stops);
     if (text.find_first_of(":,#") == std::string_view::npos)
-        return usage("no colour map " + in_quotes(text) + ": there are " + joined(colour_map_names(kind)) +
-                     ", or colour stops like 0:#30251c,1:#d9b98c");
+        return usage_error("no colour map " + in_quotes(text) + ": there are " + joined(colour_map_names(kind)) +
+                           ", or colour stops like 0:#30251c,1:#d9b98c");
     return parse_stops(text);
 }
 

@@ -262,9 +262,9 @@ std::optional<TextureKind> texture_kind(std::string_view name) {
 Result<SolidTexture> make_texture(const TextureOptions &options) {
     const float scale = options.scale.value_or(options.kind == TextureKind::wood ? 30.0F : 5.0F);
     if (!(scale >= kMinTextureScale && scale <= kMaxTextureScale))
-        return usage("the scale of a texture is 0.01 to 1000 units per edge of the grid");
+        return usage_error("the scale of a texture is 0.01 to 1000 units per edge of the grid");
     if (!(options.turbulence >= 0 && options.turbulence <= kMaxTurbulence))
-        return usage("the turbulence of a texture is 0 to 100");
+        return usage_error("the turbulence of a texture is 0 to 100");
     auto stops = find_colour_stops(options.kind, options.colours);
     if (!stops)
         return std::move(stops).error();
