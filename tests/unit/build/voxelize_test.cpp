@@ -481,7 +481,10 @@ TEST(SplatRadius, GivenRadiiAreUsed) {
     EXPECT_GE(radius_fraction(points[1]) * 128, 2.0);
     EXPECT_LE(radius_fraction(points[1]) * 128, 2.0 * 1.26);
     EXPECT_EQ(points[2], kMaxFinestRadius);
+    surface.positions[0] = {0.25, 0.25, 0.25}; // of a model: the middle of a voxel
+    EXPECT_EQ(given_radii(surface, grid)[0], radius_index(0.01 / 128));
     surface.triangles = {{0, 1, 2}};
+    EXPECT_EQ(given_radii(surface, grid)[0], dense_radius(8));
     EXPECT_LE(radius_fraction(given_radii(surface, grid)[2]) * 128, 1.0 * 1.26) << "two voxels and the step to a class";
 }
 

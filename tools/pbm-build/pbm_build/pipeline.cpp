@@ -118,8 +118,12 @@ Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const
             return voxelize(sampler, hits, range, scan.set, scan.fields, is_for_screens, options.threads);
         });
         voxels.made = std::move(*filled);
-        if (is_for_screens)
-            run.clock.run("borders", [&] { shrink_at_borders(surface, grid, voxels, options.threads); });
+        const bool is_accepted =
+            part.count > 1 || !options.grid.max_points || voxels.codes.size() <= *options.grid.max_points;
+        if (is_for_screens && is_accepted)
+            run.clock.run("borders", [&] {
+                shrink_at_borders(surface, border_sides(surface, options.threads), grid, voxels, options.threads);
+            });
         if (part.count > 1) {
             const int local_bits = hits.local_bits();
             std::erase_if(voxels.made, [&](MortonCode code) { return !range.holds(code >> local_bits); });
@@ -127,7 +131,7 @@ Result<Voxels> sample_and_voxelize(Prepared &scan, const PartNumber &part, const
         }
         if (voxels.codes.empty())
             return transparent_images_error();
-        if (!options.grid.max_points || voxels.codes.size() <= *options.grid.max_points) {
+        if (is_accepted) {
             if (!options.grid.max_points && grid.depth < first_depth)
                 run.statistics.report(Warning::coarser_grid, "depth",
                                       std::to_string(grid.depth) + " instead of " + std::to_string(first_depth) +
@@ -153,7 +157,7 @@ void choose_radii(Part &whole, int threads) {
     for (std::uint8_t &radius : voxels.points.radii)
         if (!ends_at_border(radius, depth))
             radius = classes[radius];
-    restore_where_surface_continues(voxels, depth, threads);
+    restore_where_gaps_open(voxels, depth, threads);
 }
 
 // Adds the scene: lights, textures, ground, shadows.

@@ -4,7 +4,6 @@
 #include "pbm_build/radii/splat_radius.h"
 #include "pbm_build/radii/tangent_cell.h"
 #include "pbm_build/winding/edge_joins.h"
-#include "pbm_format/model/normal.h"
 #include "pbm_format/model/point_values.h"
 #include "system/threads/parallel.h"
 #include "system/threads/per_thread.h"
@@ -12,22 +11,27 @@
 #include <glm/common.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <tuple>
-#include <vector>
 
 namespace pbm::build {
 namespace {
 
 constexpr std::size_t kEdgesOfBlock = 256, kVoxelsOfBlock = 1024;
-constexpr std::size_t kVoxelsPerEdge = 16; // fewer: the faces are loose
-constexpr double kLeastRadius = 0.05, kScallops = 0.05;
-constexpr double kReach = 0.87; // voxels; splats of points that are farther inside end there, or nearly
-constexpr double kSameFace = 0.7, kMaxHeight = 0.9; // cosine between normals of point and face; edge over its plane
-constexpr int kAround = 2;        // voxels; with kReach and kBeyond: some lie behind every border that goes on
-constexpr double kMinLean = 0.25; // of the mean of their places, where they lie on one side
-constexpr double kBeyond = 1;     // a voxel that reaches so far over the border is none of the border's
+constexpr std::uint64_t kLongest = std::uint64_t{1} << 20;
+// In voxels:
+constexpr double kLeastRadius = 0.05, kScallops = 0.05; // the latter squared
+constexpr double kReach = 0.87;    // splats of points that are farther inside end before the border, or nearly
+constexpr double kMaxHeight = 0.9; // of an edge over the tangent plane of its voxels
+constexpr double kFarthest = 1.3;  // of a centre from an edge: sqrt(kReach^2 + kMaxHeight^2) and more
+constexpr double kBeyond = 1;      // a voxel so far behind the border is none of the border's
+constexpr double kAtBorder = 0.75; // a voxel off the plane that lies no farther inside meets the surface there
+constexpr double kMinLean = 0.25;  // of the mean place of the voxels around, where they lie on one side
+constexpr double kCovering = 0.8;  // radius that covers all of a voxel's surface, and a margin
+constexpr int kAround = 2;         // edge of the box around a voxel, both ways
+constexpr double kSameFace = 0.7;  // cosine between the normals of point and face
 
 // The number of the voxel at `place`, which lies in the grid.
 std::optional<std::size_t> find_voxel(const Voxels &voxels, const glm::ivec3 &place) {
@@ -47,19 +51,22 @@ template <class Work> void for_box(const glm::ivec3 &first, const glm::ivec3 &la
                 work(glm::ivec3(x, y, z));
 }
 
-TangentPlane plane_of(const Voxels &voxels, std::size_t voxel) {
-    const UnitVector &n = normal_table()[voxels.points.normals[voxel] & kNormalIndexMask];
-    return TangentPlane({n[0], n[1], n[2]});
-}
-
 // An edge with one face. Lengths are in voxels.
 struct BorderEdge {
-    glm::dvec3 start, along; // from the corner of the grid; to the edge's end
-    glm::dvec3 face;         // unit normal
-    glm::dvec3 outward;      // in the plane of the face, of any length
+    glm::dvec3 start, along;             // from the corner of the grid; to the edge's end
+    double squared_length;               // above 0
+    glm::dvec3 face;                     // unit normal
+    glm::dvec3 outward;                  // unit, in the plane of the face
+    std::array<glm::dvec3, 2> at_ends{}; // sums of `outward` of the edges that meet there
 
-    glm::dvec3 nearest_to(const glm::dvec3 &place) const {
-        return start + along * std::clamp(glm::dot(place - start, along) / glm::dot(along, along), 0.0, 1.0);
+    std::uint64_t pieces() const { return static_cast<std::uint64_t>(std::sqrt(squared_length)) + 1; }
+    // 0..1, limits included: the place of the nearest point along the edge.
+    double nearest(const glm::dvec3 &place) const {
+        return std::clamp(glm::dot(place - start, along) / squared_length, 0.0, 1.0);
+    }
+    // `t`: that of nearest().
+    bool is_beyond(const glm::dvec3 &from_edge, double t) const {
+        return glm::dot(from_edge, t > 0 && t < 1 ? outward : at_ends[t > 0 ? 1 : 0]) > 0;
     }
 };
 
@@ -69,122 +76,180 @@ std::optional<BorderEdge> border_edge(const Surface &surface, HalfEdge side, con
         const glm::dvec3 position = surface.positions[surface.triangles[h / 3][static_cast<int>(h % 3)]];
         return (position - vector_of(grid.origin)) / grid.voxel_size;
     };
-    BorderEdge edge{.start = corner(side), .along = {}, .face = {}, .outward = {}};
-    edge.along = corner(next_side(side)) - edge.start;
-    edge.face = glm::cross(edge.along, corner(previous_side(side)) - edge.start);
-    const double twice_area = glm::length(edge.face);
-    if (!(twice_area > 0))
+    const glm::dvec3 start = corner(side), along = corner(next_side(side)) - start;
+    const glm::dvec3 across = glm::cross(along, corner(previous_side(side)) - start);
+    const double twice_area = glm::length(across), squared_length = glm::dot(along, along);
+    if (!(twice_area > 0) || !(squared_length > 0))
         return {};
-    edge.face /= twice_area;
-    edge.outward = glm::cross(edge.along, edge.face);
-    return edge;
+    const glm::dvec3 face = across / twice_area, outward = glm::cross(along, face);
+    return BorderEdge{start, along, squared_length, face, outward / glm::length(outward)};
+}
+
+// Fills BorderEdge::at_ends. Sums do not depend on the order of edges.
+void join_ends(std::vector<BorderEdge> &edges) {
+    struct End {
+        glm::dvec3 at, outward;
+        glm::dvec3 *sum;
+        auto order() const { return std::tie(at.x, at.y, at.z, outward.x, outward.y, outward.z); }
+    };
+    std::vector<End> ends;
+    for (BorderEdge &edge : edges) {
+        ends.push_back({edge.start, edge.outward, &edge.at_ends[0]});
+        ends.push_back({edge.start + edge.along, edge.outward, &edge.at_ends[1]});
+    }
+    std::sort(ends.begin(), ends.end(), [](const End &a, const End &b) { return a.order() < b.order(); });
+    // `start + along` is the start of the next edge up to rounding.
+    constexpr double kEqual = 1e-6;
+    for (std::size_t begin = 0, end = 0; begin < ends.size(); begin = end) {
+        glm::dvec3 sum(0);
+        for (; end < ends.size() && glm::length(ends[end].at - ends[begin].at) < kEqual; ++end)
+            sum += ends[end].outward;
+        for (std::size_t i = begin; i < end; ++i)
+            *ends[i].sum = sum;
+    }
 }
 
 // A voxel near an edge.
 struct AtBorder {
-    std::size_t voxel;
-    double distance; // in the tangent plane
+    std::uint32_t voxel;
+    float distance; // in the tangent plane
     std::uint8_t radius;
 
     auto order() const { return std::tie(voxel, distance, radius); }
 };
 
-// How the voxel with this centre lies to an edge; nothing if the edge is none of its surface.
-std::optional<AtBorder> at_border(const Voxels &voxels, std::size_t voxel, const glm::dvec3 &centre,
-                                  const BorderEdge &edge, int grid_edge) {
-    if (voxels.points.normals[voxel] == kNoNormal)
-        return {};
-    const TangentPlane plane = plane_of(voxels, voxel);
-    const glm::dvec3 to_centre = centre - edge.nearest_to(centre);
-    if (std::fabs(plane.height(edge.face)) < kSameFace || std::fabs(plane.height(to_centre)) > kMaxHeight)
-        return {};
-    const double distance = glm::length(plane.flat(to_centre));
-    if (distance > kReach)
-        return {};
-    const bool is_inside = glm::dot(to_centre, edge.outward) <= 0;
-    const double radius = is_inside ? std::sqrt(distance * distance + kScallops) : kLeastRadius;
-    return AtBorder{voxel, distance, radius_index(radius / grid_edge)};
-}
-
-// Appends the voxels near an edge.
+// Appends the voxels near an edge, each once.
 void find_at_border(const Voxels &voxels, const BorderEdge &edge, int grid_edge, std::vector<AtBorder> &found) {
-    constexpr double kFarthest = 1.3; // from the edge: sqrt(kReach^2 + kMaxHeight^2) and more
-    const int pieces = static_cast<int>(glm::length(edge.along)) + 1;
-    for (int piece = 0; piece < pieces; ++piece) {
-        const auto end_of = [&](int k) { return edge.start + edge.along * (static_cast<double>(k) / pieces); };
-        const glm::dvec3 a = end_of(piece), b = end_of(piece + 1);
+    const std::uint64_t pieces = edge.pieces();
+    const auto count = static_cast<double>(pieces);
+    for (std::uint64_t piece = 0; piece < pieces; ++piece) {
+        const double from = static_cast<double>(piece) / count, to = static_cast<double>(piece + 1) / count;
+        const glm::dvec3 a = edge.start + edge.along * from, b = edge.start + edge.along * to;
         const glm::ivec3 first(glm::floor(glm::min(a, b) - kFarthest)), last(glm::floor(glm::max(a, b) + kFarthest));
         for_box(first, last, grid_edge, [&](const glm::ivec3 &place) {
-            const glm::dvec3 centre = glm::dvec3(place) + 0.5, off = centre - edge.nearest_to(centre);
-            if (glm::dot(off, off) > kFarthest * kFarthest)
+            const glm::dvec3 centre = glm::dvec3(place) + 0.5;
+            const double t = edge.nearest(centre);
+            const glm::dvec3 off = centre - (edge.start + edge.along * t);
+            const bool is_of_piece = t >= from && (t < to || piece + 1 == pieces);
+            if (!is_of_piece || glm::dot(off, off) > kFarthest * kFarthest)
                 return;
-            if (const auto voxel = find_voxel(voxels, place))
-                if (const auto one = at_border(voxels, *voxel, centre, edge, grid_edge))
-                    found.push_back(*one);
+            const auto voxel = find_voxel(voxels, place);
+            if (!voxel || voxels.points.normals[*voxel] == kNoNormal)
+                return;
+            const TangentPlane plane(direction_of(voxels.points.normals[*voxel]));
+            if (std::fabs(plane.height(edge.face)) < kSameFace || std::fabs(plane.height(off)) > kMaxHeight)
+                return;
+            const double distance = glm::length(plane.flat(off));
+            if (distance > kReach)
+                return;
+            const double radius = edge.is_beyond(off, t) ? kLeastRadius : std::sqrt(distance * distance + kScallops);
+            found.push_back(
+                {static_cast<std::uint32_t>(*voxel), static_cast<float>(distance), radius_index(radius / grid_edge)});
         });
     }
 }
 
-// Whether the voxels around one lie on all sides of it, or on both sides of its border.
-bool surface_continues(const Voxels &voxels, std::size_t voxel, double radius, int grid_edge) {
-    const TangentPlane plane = plane_of(voxels, voxel);
+// Whether a gap might open around a shrunk voxel with this radius (restore_where_gaps_open).
+bool gap_may_open(const Voxels &voxels, std::size_t voxel, double radius, int depth) {
+    struct Around {
+        glm::dvec2 at; // in the tangent plane
+        double height;
+        double radius;
+    };
+    const TangentPlane plane(direction_of(voxels.points.normals[voxel]));
+    // Centres of voxels of one plane lie at most so far from each other along its normal.
+    const double thick = std::fabs(plane.normal.x) + std::fabs(plane.normal.y) + std::fabs(plane.normal.z);
     const auto code = morton_decode(voxels.codes[voxel]);
     const glm::ivec3 centre(code[0], code[1], code[2]);
-    std::vector<glm::dvec2> &around = per_thread<std::vector<glm::dvec2>>();
+    std::vector<Around> &around = per_thread<std::vector<Around>>();
     around.clear();
     glm::dvec2 sum(0);
-    for_box(centre - kAround, centre + kAround, grid_edge, [&](const glm::ivec3 &place) {
+    double count = 0;
+    for_box(centre - kAround, centre + kAround, 1 << depth, [&](const glm::ivec3 &place) {
+        const auto found = find_voxel(voxels, place);
+        if (!found)
+            return;
         const glm::dvec3 offset(place - centre);
-        if (std::fabs(plane.height(offset)) < 1 && find_voxel(voxels, place))
-            sum += around.emplace_back(plane.flat(offset));
+        const Around one{plane.flat(offset), std::fabs(plane.height(offset)),
+                         radius_fraction(voxels.points.radii[*found]) * (1 << depth)};
+        around.push_back(one);
+        if (one.height < thick) {
+            sum += one.at;
+            ++count;
+        }
     });
     const double lean = glm::length(sum);
-    if (lean <= kMinLean * static_cast<double>(around.size()))
-        return true;
+    if (lean <= kMinLean * count)
+        return true; // the surface lies on all sides
     const glm::dvec2 outward = -sum / lean;
     const double border = std::sqrt(std::max(0.0, radius * radius - kScallops));
-    return std::any_of(around.begin(), around.end(), [&](const glm::dvec2 &at) {
-        const double out = glm::dot(at, outward);
-        return out > border + kBeyond && glm::length(at - out * outward) < 1;
-    });
+    bool is_covered = false;
+    for (const Around &one : around) {
+        const double out = glm::dot(one.at, outward), beside = glm::length(one.at - out * outward);
+        if (beside < 1 && out > (one.height >= thick ? border - kAtBorder : border + kBeyond))
+            return true;
+        is_covered = is_covered || (one.height < thick && out < 0 && beside < 1 && one.radius >= kCovering);
+    }
+    return !is_covered;
 }
 
 } // namespace
 
-void shrink_at_borders(const Surface &surface, const Grid &grid, Voxels &voxels, int threads) {
-    const std::vector<HalfEdge> open = join_edges(surface, threads).open;
-    if (open.size() > voxels.codes.size() / kVoxelsPerEdge)
-        return;
-    std::vector<std::vector<AtBorder>> found((open.size() + kEdgesOfBlock - 1) / kEdgesOfBlock);
-    parallel_blocks(open.size(), kEdgesOfBlock, threads, [&](std::size_t begin, std::size_t end) {
+std::vector<HalfEdge> border_sides(const Surface &surface, int threads) {
+    if (surface.triangles.size() > kMaxMeshFaces)
+        return {};
+    return join_edges(surface, threads).open;
+}
+
+void shrink_at_borders(const Surface &surface, std::span<const HalfEdge> sides, const Grid &grid, Voxels &voxels,
+                       int threads) {
+    std::vector<BorderEdge> edges;
+    std::uint64_t length = 0;
+    for (const HalfEdge side : sides)
+        if (const auto edge = border_edge(surface, side, grid)) {
+            edges.push_back(*edge);
+            length += edge->pieces();
+            if (length > kLongest)
+                return;
+        }
+    join_ends(edges);
+    std::vector<std::vector<AtBorder>> found((edges.size() + kEdgesOfBlock - 1) / kEdgesOfBlock);
+    parallel_blocks(edges.size(), kEdgesOfBlock, threads, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            if (const auto edge = border_edge(surface, open[i], grid))
-                find_at_border(voxels, *edge, 1 << grid.depth, found[begin / kEdgesOfBlock]);
+            find_at_border(voxels, edges[i], 1 << grid.depth, found[begin / kEdgesOfBlock]);
     });
     std::vector<AtBorder> all;
-    for (std::vector<AtBorder> &some : found)
+    for (std::vector<AtBorder> &some : found) {
         all.insert(all.end(), some.begin(), some.end());
+        some = {};
+    }
     std::sort(all.begin(), all.end(), [](const AtBorder &a, const AtBorder &b) { return a.order() < b.order(); });
-    Bytes &radii = voxels.points.radii;
     const std::uint8_t dense = dense_radius(grid.depth);
-    for (std::size_t i = 0; i < all.size(); ++i)
-        if (i == 0 || all[i].voxel != all[i - 1].voxel) // the nearest edge
-            radii[all[i].voxel] = std::min(all[i].radius, dense);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        std::uint8_t &radius = voxels.points.radii[all[i].voxel];
+        if ((i == 0 || all[i].voxel != all[i - 1].voxel) && radius <= dense) // the nearest edge
+            radius = std::min(all[i].radius, dense);
+    }
 }
 
 bool ends_at_border(std::uint8_t radius, int depth) { return radius > 0 && radius < dense_radius(depth); }
 
-void restore_where_surface_continues(Voxels &voxels, int depth, int threads) {
-    std::vector<std::size_t> shrunk;
+void restore_where_gaps_open(Voxels &voxels, int depth, int threads) {
+    struct Shrunk {
+        std::size_t voxel;
+        bool restored;
+    };
+    std::vector<Shrunk> shrunk;
     for (std::size_t i = 0; i < voxels.codes.size(); ++i)
         if (ends_at_border(voxels.points.radii[i], depth))
-            shrunk.push_back(i);
-    const int grid_edge = 1 << depth;
+            shrunk.push_back({i, false});
     parallel_for(shrunk.size(), kVoxelsOfBlock, threads, [&](std::size_t i) {
-        std::uint8_t &radius = voxels.points.radii[shrunk[i]];
-        if (surface_continues(voxels, shrunk[i], radius_fraction(radius) * grid_edge, grid_edge))
-            radius = dense_radius(depth);
+        const double radius = radius_fraction(voxels.points.radii[shrunk[i].voxel]) * (1 << depth);
+        shrunk[i].restored = gap_may_open(voxels, shrunk[i].voxel, radius, depth);
     });
+    for (const Shrunk &one : shrunk)
+        if (one.restored)
+            voxels.points.radii[one.voxel] = dense_radius(depth);
 }
 
 } // namespace pbm::build

@@ -1,9 +1,12 @@
 #include "pbm_build/radii/splat_radius.h"
 
+#include "pbm_build/lattice/lattice.h"
 #include "pbm_build/neighbours/near_voxels.h"
 #include "pbm_build/neighbours/outliers.h"
 #include "pbm_build/radii/tangent_cell.h"
 #include "system/threads/parallel.h"
+
+#include <glm/common.hpp>
 
 #include <algorithm>
 #include <array>
@@ -58,18 +61,13 @@ CellReach reach_of_cell(const Voxels &voxels, std::size_t voxel, std::span<const
     if (near.empty())
         return {};
     const std::vector<std::uint16_t> &normals = voxels.points.normals;
-    const auto table = normal_table();
-    const auto normal_of = [&](std::size_t i) {
-        const UnitVector &n = table[normals[i] & kNormalIndexMask];
-        return glm::dvec3(n[0], n[1], n[2]);
-    };
-    const TangentPlane plane(normal_of(voxel));
+    const TangentPlane plane(direction_of(normals[voxel]));
     const auto seen = static_cast<double>(distance_of(near, near.size()));
     TangentCell cell(seen);
     constexpr int kFlat = 1, kBent = 2; // labels of neighbours: bits
     std::size_t flat_count = 0;
     for (const Neighbour &neighbour : near) {
-        const glm::dvec3 offset(neighbour.offset), m = normal_of(neighbour.voxel);
+        const glm::dvec3 offset(neighbour.offset), m = direction_of(normals[neighbour.voxel]);
         const bool either = ((normals[voxel] | normals[neighbour.voxel]) & kTwoSidedBit) != 0;
         const double cosine = either ? std::fabs(plane.height(m)) : plane.height(m), height = plane.height(offset);
         const glm::dvec2 flat = plane.flat(offset);
@@ -266,6 +264,14 @@ void share_below_nodes(const Voxels &voxels, std::span<const std::size_t> some, 
     }
 }
 
+// Whether a position is the middle of a voxel: a point of a model of this grid.
+bool is_in_middle(const glm::dvec3 &position, const Grid &grid) {
+    constexpr double kNear = 1e-3; // voxels
+    const glm::dvec3 at = (position - vector_of(grid.origin)) / grid.voxel_size;
+    const glm::dvec3 off = glm::abs(glm::fract(at) - 0.5);
+    return std::max({off.x, off.y, off.z}) < kNear;
+}
+
 } // namespace
 
 std::uint8_t dense_radius(int depth) {
@@ -298,15 +304,19 @@ Bytes given_radii(const Surface &surface, const Grid &grid) {
     if (surface.radii.empty() && !mixed)
         return {};
     const RadiusClasses classes = radius_classes(grid.depth);
+    const std::uint8_t dense = dense_radius(grid.depth);
     Bytes radii;
     radii.reserve(surface.positions.size());
     const double max_of_triangle = kMaxVoxels / static_cast<double>(std::uint64_t{1} << grid.depth);
     for (std::size_t i = 0; i < surface.positions.size(); ++i) {
         const double given = surface.radii.empty() ? 0 : static_cast<double>(surface.radii[i]);
         const bool point = i >= first_point;
-        radii.push_back(point && !(given > 0)
-                            ? std::uint8_t{0}
-                            : classes[radius_index(std::min(given / grid.edge(), point ? 1 : max_of_triangle))]);
+        const std::uint8_t index = radius_index(std::min(given / grid.edge(), point ? 1 : max_of_triangle));
+        if (point && !(given > 0))
+            radii.push_back(0);
+        else
+            radii.push_back(point && index < dense && is_in_middle(surface.positions[i], grid) ? index
+                                                                                               : classes[index]);
     }
     return radii;
 }

@@ -20,7 +20,8 @@ using RadiusClasses = std::array<std::uint8_t, 256>;
 RadiusClasses radius_classes(int depth);
 
 // Converts the radii of the input to class indices; empty where the input has none. Radii at triangles, which are
-// sampled densely, are clamped to 0.89..2 voxels. Points without a radius get 0.
+// sampled densely, are clamped to 0.89..2 voxels. Points without a radius get 0. Points in the middle of a voxel are
+// those of a model of this grid, and keep a radius below 0.89 voxels.
 Bytes given_radii(const Surface &surface, const Grid &grid);
 
 // Computes the missing radii, those of index 0, in place. All normals must be set.

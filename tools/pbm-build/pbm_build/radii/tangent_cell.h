@@ -2,6 +2,8 @@
 // Based on: Sutherland, Hodgman. Reentrant Polygon Clipping. 1974 (one cut per neighbour)
 #pragma once
 
+#include "pbm_format/model/normal.h"
+
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -11,9 +13,16 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 namespace pbm::build {
+
+// Unit vector of a normal index; the bit of two-sided points does not matter.
+inline glm::dvec3 direction_of(std::uint16_t normal) {
+    const UnitVector &n = normal_table()[normal & kNormalIndexMask];
+    return {n[0], n[1], n[2]};
+}
 
 // An orthonormal basis whose third axis is the unit vector `n`.
 // Based on: Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin. Building an Orthonormal Basis, Revisited. 2017
