@@ -169,12 +169,13 @@ TEST_P(Borders, FacesThatMeetWithoutSharedVerticesStayClosed) {
         for (const double side : {0.0, 0.1}) {
             ++cuts;
             for (unsigned i = 0; i < cuts * cuts; ++i) {
+                const unsigned row = i / cuts, column = i % cuts;
                 Surface one;
                 for (unsigned corner = 0; corner < 4; ++corner) {
                     glm::dvec3 p;
                     p[axis] = side;
-                    p[(axis + 1) % 3] = 0.1 * static_cast<double>(i % cuts + corner % 2) / cuts;
-                    p[(axis + 2) % 3] = 0.1 * (static_cast<double>(i / cuts) + (corner < 2 ? 0.0 : 1.0)) / cuts;
+                    p[(axis + 1) % 3] = 0.1 * static_cast<double>(column + corner % 2) / cuts;
+                    p[(axis + 2) % 3] = 0.1 * static_cast<double>(row + (corner < 2 ? 0 : 1)) / cuts;
                     one.positions.push_back(turned_around_z(p, angle));
                 }
                 one.triangles = {{0, 1, 3}, {0, 3, 2}};
