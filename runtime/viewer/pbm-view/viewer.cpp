@@ -1,6 +1,5 @@
 #include "viewer.h"
 
-#include "viewer/pbm-view/window/desktop.h"
 #include "viewer/pbm-view/window/view_text.h"
 
 #include <algorithm>
@@ -34,8 +33,6 @@ Viewer::Viewer(const Arguments &arguments, Window &window, Workers &workers, Sta
     }
     if ((is_sample_ || start.problem) && !recording_)
         show_start_page();
-    if (arguments.theme == Theme::desktop)
-        asks_desktop_ = workers_.helpers.post(desktop_prefers_light);
 }
 
 Viewer::~Viewer() {
@@ -66,7 +63,6 @@ int Viewer::run() {
         pictures_.receive();
         edits_.serve();
         pictures_.draw(picture_size());
-        search_damage();
         if (recording_)
             record();
         notices_.serve();
@@ -77,6 +73,8 @@ int Viewer::run() {
         }
         if (window_.is_stale())
             present();
+        search_damage();
+        ask_desktop();
     }
     if (recording_)
         std::cout << "stopped: " << recording_->video().output << " was not written" << std::endl;

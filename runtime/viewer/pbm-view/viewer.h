@@ -111,6 +111,7 @@ class Viewer {
     void ask_about_losses(const std::string &what, std::function<void()> accept, bool quits = false);
     void ask_to_save();
 
+    void ask_desktop();
     void update_theme();
     double hint_opacity() const;
     bool has_panel() const { return show_panel_ && shown_.look && !shown_.is_recorded; }
@@ -167,6 +168,7 @@ class Viewer {
     StartPage start_page_;
     std::optional<StartPage::Choice> page_choice_; // made in the last frame of the page
     std::optional<Question> question_;
+    bool was_desktop_asked_ = false;
     std::future<bool> asks_desktop_; // whether it prefers light
     bool desktop_is_light_ = false;
     std::optional<double> hint_until_; // the hint of the first start is shown; window's clock

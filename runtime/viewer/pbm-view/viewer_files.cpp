@@ -222,12 +222,12 @@ void Viewer::hold_picture() {
     window_.invalidate();
 }
 
-// Once the picture has full detail, looks for damage in what it does not show.
+// Once the picture has full detail and is shown, looks for damage in what it does not show.
 void Viewer::search_damage() {
     if (!shown_.model)
         return;
     report_damage(damage_->take_found());
-    if (!recording_ && pictures_.is_exact())
+    if (!recording_ && pictures_.is_exact() && !window_.is_stale())
         damage_->search(workers_.idle, shown_.model);
 }
 

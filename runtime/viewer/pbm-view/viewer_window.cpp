@@ -2,6 +2,7 @@
 #include "viewer.h"
 
 #include "pbm_render/appearance/field_choice.h"
+#include "viewer/pbm-view/window/desktop.h"
 #include "viewer/pbm-view/window/view_text.h"
 
 #include <glm/common.hpp>
@@ -10,6 +11,14 @@
 #include <utility>
 
 namespace pbm {
+
+// Asks once which theme the desktop prefers, which starts a process: after the first picture of a model.
+void Viewer::ask_desktop() {
+    if (panel_.theme() != Theme::desktop || (opener_.opening() && frame_log_.frames() == 0) ||
+        std::exchange(was_desktop_asked_, true))
+        return;
+    asks_desktop_ = workers_.helpers.post(desktop_prefers_light);
+}
 
 void Viewer::update_theme() {
     if (is_ready(asks_desktop_))

@@ -56,8 +56,8 @@ std::optional<double> Pictures::due(glm::ivec2 size) const {
     if (!scheduler_ || shown_.is_overwritten)
         return std::nullopt;
     std::optional<double> at = refinement_due();
-    if (at && *at <= Window::now())
-        at.reset(); // it waits for chunks, which wake the window
+    if (at && *at <= Window::now() && waits_for_chunks_)
+        at.reset(); // they wake the window
     // A fine picture that is due waits for the one in progress.
     if (size != glm::ivec2(0) && !(scheduler_->shown() && (drawing_.valid() || is_refining())))
         if (const auto due = scheduler_->due())
@@ -169,7 +169,9 @@ std::optional<double> Pictures::refinement_due() const {
     return scheduler_->refinement_due();
 }
 
-// Refines a view that rests and whose chunks are there, unless its look asks for fast pictures.
+// Refines a view that rests, that is shown and whose chunks are there, unless its look asks for fast pictures. To show
+// the first picture takes software OpenGL longer than to draw it, and it would share the processors with the
+// refinement.
 void Pictures::refine() {
     if (refinement_ && !refinement_->is_ready())
         return;
@@ -183,11 +185,12 @@ void Pictures::refine() {
         scheduler_->refined();
         return show_frame(*canvas_, picture.drawn);
     }
-    if (const auto when = refinement_due(); !when || Window::now() < *when)
+    if (const auto when = refinement_due(); !when || Window::now() < *when || window_.is_stale())
         return;
     const DetailView view = view_at(errors().still);
     Detail detail = choose(view);
-    if (detail.missing.empty())
+    waits_for_chunks_ = !detail.missing.empty();
+    if (!waits_for_chunks_)
         refinement_ =
             std::make_unique<Refinement>(background_, shown_.model, std::move(detail), view, shown_.look, memory_);
 }

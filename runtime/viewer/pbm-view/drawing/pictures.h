@@ -102,6 +102,7 @@ class Pictures {
     int samples_ = 0;
     std::future<Picture> drawing_;
     std::unique_ptr<Refinement> refinement_; // of the current view
+    bool waits_for_chunks_ = false;          // the refinement that is due
     std::uint64_t full_view_ = 0;            // the view for which memory ran out
     bool has_reported_memory_ = false;       // has reported that memory is too small
     PictureSaver saver_;
