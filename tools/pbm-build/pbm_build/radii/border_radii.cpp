@@ -53,7 +53,8 @@ template <class Work> void for_box(const glm::ivec3 &first, const glm::ivec3 &la
 
 // An edge with one face. Lengths are in voxels.
 struct BorderEdge {
-    glm::dvec3 start, along;             // from the corner of the grid; to the edge's end
+    glm::dvec3 start, end;               // from the corner of the grid
+    glm::dvec3 along;                    // from start to end
     double squared_length;               // above 0
     glm::dvec3 face;                     // unit normal
     glm::dvec3 outward;                  // unit, in the plane of the face
@@ -76,13 +77,13 @@ std::optional<BorderEdge> border_edge(const Surface &surface, HalfEdge side, con
         const glm::dvec3 position = surface.positions[surface.triangles[h / 3][static_cast<int>(h % 3)]];
         return (position - vector_of(grid.origin)) / grid.voxel_size;
     };
-    const glm::dvec3 start = corner(side), along = corner(next_side(side)) - start;
+    const glm::dvec3 start = corner(side), end = corner(next_side(side)), along = end - start;
     const glm::dvec3 across = glm::cross(along, corner(previous_side(side)) - start);
     const double twice_area = glm::length(across), squared_length = glm::dot(along, along);
     if (!(twice_area > 0) || !(squared_length > 0))
         return {};
     const glm::dvec3 face = across / twice_area, outward = glm::cross(along, face);
-    return BorderEdge{start, along, squared_length, face, outward / glm::length(outward)};
+    return BorderEdge{start, end, along, squared_length, face, outward / glm::length(outward)};
 }
 
 // Fills BorderEdge::at_ends. Sums do not depend on the order of edges.
@@ -95,14 +96,12 @@ void join_ends(std::vector<BorderEdge> &edges) {
     std::vector<End> ends;
     for (BorderEdge &edge : edges) {
         ends.push_back({edge.start, edge.outward, &edge.at_ends[0]});
-        ends.push_back({edge.start + edge.along, edge.outward, &edge.at_ends[1]});
+        ends.push_back({edge.end, edge.outward, &edge.at_ends[1]});
     }
     std::sort(ends.begin(), ends.end(), [](const End &a, const End &b) { return a.order() < b.order(); });
-    // `start + along` is the start of the next edge up to rounding.
-    constexpr double kEqual = 1e-6;
     for (std::size_t begin = 0, end = 0; begin < ends.size(); begin = end) {
         glm::dvec3 sum(0);
-        for (; end < ends.size() && glm::length(ends[end].at - ends[begin].at) < kEqual; ++end)
+        for (; end < ends.size() && ends[end].at == ends[begin].at; ++end)
             sum += ends[end].outward;
         for (std::size_t i = begin; i < end; ++i)
             *ends[i].sum = sum;
