@@ -277,6 +277,13 @@ void keep_different(const AttributeSet &set, int level, const PointAttributes &p
 } // namespace
 
 void gather_sides(Model &model, int threads) {
+    const AttributeSet &set = model.parameters.attributes;
+    // What look_different compares: without it no sides would be kept.
+    if (set.colour == ColourFormat::none && !set.material && set.lights == 0) {
+        for (Level &level : model.levels)
+            level.sides = {};
+        return;
+    }
     const int depth = model.parameters.grid.depth;
     LevelMasks masks(model.levels.size());
     for (std::size_t level = 1; level < masks.size(); ++level)
@@ -292,7 +299,6 @@ void gather_sides(Model &model, int threads) {
     });
     std::vector<Sides> above(model.levels.size());
     SideGatherer(model, starts, split_level).top(below, above);
-    const AttributeSet &set = model.parameters.attributes;
     for (std::size_t level = 1; level < model.levels.size() - 1; ++level) {
         Sides &to = model.levels[level].sides;
         to = std::move(above[level]);
