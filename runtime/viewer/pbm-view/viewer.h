@@ -168,10 +168,9 @@ class Viewer {
     StartPage start_page_;
     std::optional<StartPage::Choice> page_choice_; // made in the last frame of the page
     std::optional<Question> question_;
-    bool was_desktop_asked_ = false;
-    std::future<bool> asks_desktop_; // whether it prefers light
-    bool desktop_is_light_ = false;
-    std::optional<double> hint_until_; // the hint of the first start is shown; window's clock
+    std::future<bool> asks_desktop_;       // whether it prefers light
+    std::optional<bool> desktop_is_light_; // absent before it has answered
+    std::optional<double> hint_until_;     // the hint of the first start is shown; window's clock
     bool show_help_ = false, show_frame_time_, show_panel_;
     bool quit_ = false;
     int exit_code_ = 0;

@@ -14,8 +14,8 @@ namespace pbm {
 
 // Asks once which theme the desktop prefers, which starts a process: after the first picture of a model.
 void Viewer::ask_desktop() {
-    if (panel_.theme() != Theme::desktop || (opener_.opening() && frame_log_.frames() == 0) ||
-        std::exchange(was_desktop_asked_, true))
+    if (panel_.theme() != Theme::desktop || (opener_.opening() && frame_log_.frames() == 0) || asks_desktop_.valid() ||
+        desktop_is_light_)
         return;
     asks_desktop_ = workers_.helpers.post(desktop_prefers_light);
 }
@@ -23,7 +23,8 @@ void Viewer::ask_desktop() {
 void Viewer::update_theme() {
     if (is_ready(asks_desktop_))
         desktop_is_light_ = asks_desktop_.get();
-    const bool light = panel_.theme() == Theme::light || (panel_.theme() == Theme::desktop && desktop_is_light_);
+    const bool light =
+        panel_.theme() == Theme::light || (panel_.theme() == Theme::desktop && desktop_is_light_.value_or(false));
     if (overlay_.set_light_theme(light))
         window_.invalidate();
 }

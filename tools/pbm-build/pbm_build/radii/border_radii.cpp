@@ -20,7 +20,8 @@ namespace pbm::build {
 namespace {
 
 constexpr std::size_t kEdgesOfBlock = 256, kVoxelsOfBlock = 1024;
-constexpr std::uint64_t kLongest = std::uint64_t{1} << 20;
+constexpr std::uint64_t kLongest = std::uint64_t{1} << 20; // border, voxels
+constexpr double kSameFace = 0.7; // least cosine between the normals of a point and of the face at its border
 // In voxels:
 constexpr double kLeastRadius = 0.05, kScallops = 0.05; // the latter squared
 constexpr double kReach = 0.87;    // splats of points that are farther inside end before the border, or nearly
@@ -30,8 +31,7 @@ constexpr double kBeyond = 1;      // a voxel so far behind the border is none o
 constexpr double kAtBorder = 0.75; // a voxel off the plane that lies no farther inside meets the surface there
 constexpr double kMinLean = 0.25;  // of the mean place of the voxels around, where they lie on one side
 constexpr double kCovering = 0.8;  // radius that covers all of a voxel's surface, and a margin
-constexpr int kAround = 2;         // edge of the box around a voxel, both ways
-constexpr double kSameFace = 0.7;  // cosine between the normals of point and face
+constexpr int kAround = 2;         // the box of voxels around one reaches so far in each direction
 
 // The number of the voxel at `place`, which lies in the grid.
 std::optional<std::size_t> find_voxel(const Voxels &voxels, const glm::ivec3 &place) {
