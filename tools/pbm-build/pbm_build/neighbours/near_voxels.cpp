@@ -35,6 +35,11 @@ struct Shells {
     std::array<Offset, kOffsets> offsets;
     std::array<std::int16_t, kOffsets> places;                // the same in a grid
     std::array<std::uint16_t, kReach * kReach + 1> ends_with; // [squared distance] offsets up to there
+
+    Neighbour neighbour(std::uint32_t voxel, std::uint32_t offset) const {
+        const Offset &o = offsets[offset];
+        return {voxel, static_cast<float>(o.squared), {o.x, o.y, o.z}};
+    }
 };
 
 constexpr Shells kShells = [] {
@@ -88,7 +93,7 @@ void NearVoxelCursor::gather(MortonCode node) {
         grid_[place] = 0;
     filled_.clear();
     const auto centre = morton_decode(node);
-    const int nodes = 1 << (voxels_.depth_ - kNodeBits);
+    const int nodes = 1 << std::max(0, voxels_.depth_ - kNodeBits);
     const std::span<const MortonCode> codes = voxels_.codes_;
     for (int n = 0; n < 27; ++n) {
         const std::array<int, 3> step{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
@@ -132,15 +137,16 @@ std::size_t NearVoxelCursor::nearest_by_tree(std::size_t voxel, std::span<Neighb
     return count;
 }
 
-std::size_t NearVoxelCursor::nearest(std::size_t voxel, std::span<Neighbour> found) {
-    assert(found.size() <= kMax);
+const std::uint32_t *NearVoxelCursor::grid_around(std::size_t voxel) {
     const MortonCode code = voxels_.codes_[voxel];
-    if (voxels_.depth_ < kNodeBits)
-        return nearest_by_tree(voxel, found);
     if (code >> 3 * kNodeBits != node_)
         gather(code >> 3 * kNodeBits);
-    const int place = place_in_grid(kReach, kReach, kReach) + kPlaces[code & (kPlaces.size() - 1)];
-    const std::uint32_t *const centre = grid_.data() + place;
+    return grid_.data() + place_in_grid(kReach, kReach, kReach) + kPlaces[code & (kPlaces.size() - 1)];
+}
+
+std::size_t NearVoxelCursor::nearest(std::size_t voxel, std::span<Neighbour> found) {
+    assert(found.size() <= kMax);
+    const std::uint32_t *const centre = grid_around(voxel);
     struct Near {
         std::uint32_t voxel; // index + 1
         std::uint32_t offset;
@@ -156,11 +162,19 @@ std::size_t NearVoxelCursor::nearest(std::size_t voxel, std::span<Neighbour> fou
         }
     if (count < found.size())
         return nearest_by_tree(voxel, found);
-    for (std::size_t i = 0; i < found.size(); ++i) {
-        const Shells::Offset &o = kShells.offsets[near[i].offset];
-        found[i] = {near[i].voxel - 1, static_cast<float>(o.squared), {o.x, o.y, o.z}};
-    }
+    for (std::size_t i = 0; i < found.size(); ++i)
+        found[i] = kShells.neighbour(near[i].voxel - 1, near[i].offset);
     return found.size();
+}
+
+std::span<const Neighbour> NearVoxelCursor::within(std::size_t voxel, int squared) {
+    assert(squared <= kReach * kReach);
+    const std::uint32_t *const centre = grid_around(voxel);
+    within_.clear();
+    for (std::uint32_t offset = 0; offset < kShells.ends_with[static_cast<std::size_t>(squared)]; ++offset)
+        if (const std::uint32_t other = centre[kShells.places[offset]]; other != 0)
+            within_.push_back(kShells.neighbour(other - 1, offset));
+    return within_;
 }
 
 } // namespace pbm::build

@@ -22,10 +22,10 @@ struct Neighbour {
 class NearVoxels {
   public:
     NearVoxels(std::span<const MortonCode> codes, int depth);
+    std::size_t first_not_below(MortonCode code) const; // index; the number of codes if there is none
 
   private:
     friend class NearVoxelCursor;
-    std::size_t first_not_below(MortonCode code) const;
     const PointNeighbours &tree() const; // of the centres; made when the first voxel needs it
 
     std::span<const MortonCode> codes_;
@@ -45,7 +45,11 @@ class NearVoxelCursor {
     static constexpr std::size_t kMax = 48;
     std::size_t nearest(std::size_t voxel, std::span<Neighbour> found);
 
+    // All others whose centres lie within sqrt(squared) voxels, nearest first; squared <= 16. Valid until the next call.
+    std::span<const Neighbour> within(std::size_t voxel, int squared);
+
   private:
+    const std::uint32_t *grid_around(std::size_t voxel); // the voxel's place in it
     std::size_t nearest_by_tree(std::size_t voxel, std::span<Neighbour> found);
     void gather(MortonCode node);
 
@@ -54,6 +58,7 @@ class NearVoxelCursor {
     MortonCode node_ = ~MortonCode{0};       // at the centre of the grid
     std::vector<std::uint32_t> grid_;        // [z][y][x] index of the voxel + 1; 0: empty
     std::vector<std::size_t> filled_;        // places in the grid that are not 0
+    std::vector<Neighbour> within_;
 };
 
 } // namespace pbm::build

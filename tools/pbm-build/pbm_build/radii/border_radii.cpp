@@ -1,12 +1,12 @@
 #include "pbm_build/radii/border_radii.h"
 
 #include "pbm_build/lattice/lattice.h"
+#include "pbm_build/neighbours/near_voxels.h"
 #include "pbm_build/radii/splat_radius.h"
 #include "pbm_build/radii/tangent_cell.h"
 #include "pbm_build/winding/edge_joins.h"
 #include "pbm_format/model/point_values.h"
 #include "system/threads/parallel.h"
-#include "system/threads/per_thread.h"
 
 #include <glm/common.hpp>
 
@@ -32,15 +32,6 @@ constexpr double kAtBorder = 0.75; // a voxel off the plane that lies no farther
 constexpr double kMinLean = 0.25;  // of the mean place of the voxels around, where they lie on one side
 constexpr double kCovering = 0.8;  // radius that covers all of a voxel's surface, and a margin
 constexpr int kAround = 2;         // the box of voxels around one reaches so far in each direction
-
-// The number of the voxel at `place`, which lies in the grid.
-std::optional<std::size_t> find_voxel(const Voxels &voxels, const glm::ivec3 &place) {
-    const MortonCode code = code_of(place);
-    const auto at = std::lower_bound(voxels.codes.begin(), voxels.codes.end(), code);
-    if (at == voxels.codes.end() || *at != code)
-        return {};
-    return static_cast<std::size_t>(at - voxels.codes.begin());
-}
 
 // Calls `work(place)` for the places of a box, corners included, that lie in the grid.
 template <class Work> void for_box(const glm::ivec3 &first, const glm::ivec3 &last, int grid_edge, const Work &work) {
@@ -117,8 +108,9 @@ struct AtBorder {
     auto order() const { return std::tie(voxel, distance, radius); }
 };
 
-// Appends the voxels near an edge, each once.
-void find_at_border(const Voxels &voxels, const BorderEdge &edge, int grid_edge, std::vector<AtBorder> &found) {
+// Appends the voxels near an edge, each once. `near`: of `voxels`.
+void find_at_border(const Voxels &voxels, const NearVoxels &near, const BorderEdge &edge, int grid_edge,
+                    std::vector<AtBorder> &found) {
     const std::uint64_t pieces = edge.pieces();
     const auto count = static_cast<double>(pieces);
     for (std::uint64_t piece = 0; piece < pieces; ++piece) {
@@ -132,10 +124,12 @@ void find_at_border(const Voxels &voxels, const BorderEdge &edge, int grid_edge,
             const bool is_of_piece = t >= from && (t < to || piece + 1 == pieces);
             if (!is_of_piece || glm::dot(off, off) > kFarthest * kFarthest)
                 return;
-            const auto voxel = find_voxel(voxels, place);
-            if (!voxel || voxels.points.normals[*voxel] == kNoNormal)
+            const MortonCode code = code_of(place);
+            const std::size_t voxel = near.first_not_below(code);
+            if (voxel == voxels.codes.size() || voxels.codes[voxel] != code ||
+                voxels.points.normals[voxel] == kNoNormal)
                 return;
-            const TangentPlane plane(direction_of(voxels.points.normals[*voxel]));
+            const TangentPlane plane(direction_of(voxels.points.normals[voxel]));
             if (std::fabs(plane.height(edge.face)) < kSameFace || std::fabs(plane.height(off)) > kMaxHeight)
                 return;
             const double distance = glm::length(plane.flat(off));
@@ -143,51 +137,46 @@ void find_at_border(const Voxels &voxels, const BorderEdge &edge, int grid_edge,
                 return;
             const double radius = edge.is_beyond(off, t) ? kLeastRadius : std::sqrt(distance * distance + kScallops);
             found.push_back(
-                {static_cast<std::uint32_t>(*voxel), static_cast<float>(distance), radius_index(radius / grid_edge)});
+                {static_cast<std::uint32_t>(voxel), static_cast<float>(distance), radius_index(radius / grid_edge)});
         });
     }
 }
 
-// Whether a gap might open around a shrunk voxel with this radius (restore_where_gaps_open).
-bool gap_may_open(const Voxels &voxels, std::size_t voxel, double radius, int depth) {
-    struct Around {
-        glm::dvec2 at; // in the tangent plane
-        double height;
-        double radius;
-    };
+// Whether a gap might open around a shrunk voxel with this radius (restore_where_gaps_open). `near`: of `voxels`.
+bool gap_may_open(const Voxels &voxels, NearVoxelCursor &near, std::size_t voxel, double radius, int depth) {
     const TangentPlane plane(direction_of(voxels.points.normals[voxel]));
     // Centres of voxels of one plane lie at most so far from each other along its normal.
     const double thick = std::fabs(plane.normal.x) + std::fabs(plane.normal.y) + std::fabs(plane.normal.z);
-    const auto code = morton_decode(voxels.codes[voxel]);
-    const glm::ivec3 centre(code[0], code[1], code[2]);
-    std::vector<Around> &around = per_thread<std::vector<Around>>();
-    around.clear();
     glm::dvec2 sum(0);
-    double count = 0;
-    for_box(centre - kAround, centre + kAround, 1 << depth, [&](const glm::ivec3 &place) {
-        const auto found = find_voxel(voxels, place);
-        if (!found)
-            return;
-        const glm::dvec3 offset(place - centre);
-        const Around one{plane.flat(offset), std::fabs(plane.height(offset)),
-                         radius_fraction(voxels.points.radii[*found]) * (1 << depth)};
-        around.push_back(one);
-        if (one.height < thick) {
-            sum += one.at;
+    double count = 1; // the voxel itself
+    const auto around = near.within(voxel, 3 * kAround * kAround);
+    const auto is_in_box = [](const Neighbour &other) {
+        const glm::ivec3 steps = glm::abs(other.offset);
+        return std::max({steps.x, steps.y, steps.z}) <= kAround;
+    };
+    for (const Neighbour &other : around)
+        if (is_in_box(other) && std::fabs(plane.height(other.offset)) < thick) {
+            sum += plane.flat(other.offset);
             ++count;
         }
-    });
     const double lean = glm::length(sum);
     if (lean <= kMinLean * count)
         return true; // the surface lies on all sides
     const glm::dvec2 outward = -sum / lean;
     const double border = std::sqrt(std::max(0.0, radius * radius - kScallops));
     bool is_covered = false;
-    for (const Around &one : around) {
-        const double out = glm::dot(one.at, outward), beside = glm::length(one.at - out * outward);
-        if (beside < 1 && out > (one.height >= thick ? border - kAtBorder : border + kBeyond))
+    for (const Neighbour &other : around) {
+        if (!is_in_box(other))
+            continue;
+        const glm::dvec2 at = plane.flat(other.offset);
+        const double out = glm::dot(at, outward), beside = glm::length(at - out * outward);
+        if (beside >= 1)
+            continue;
+        const bool is_of_plane = std::fabs(plane.height(other.offset)) < thick;
+        if (out > (is_of_plane ? border + kBeyond : border - kAtBorder))
             return true;
-        is_covered = is_covered || (one.height < thick && out < 0 && beside < 1 && one.radius >= kCovering);
+        is_covered = is_covered || (is_of_plane && out < 0 &&
+                                    radius_fraction(voxels.points.radii[other.voxel]) * (1 << depth) >= kCovering);
     }
     return !is_covered;
 }
@@ -211,11 +200,14 @@ void shrink_at_borders(const Surface &surface, std::span<const HalfEdge> sides, 
             if (length > kLongest)
                 return;
         }
+    if (edges.empty())
+        return;
     join_ends(edges);
+    const NearVoxels near(voxels.codes, grid.depth);
     std::vector<std::vector<AtBorder>> found((edges.size() + kEdgesOfBlock - 1) / kEdgesOfBlock);
     parallel_blocks(edges.size(), kEdgesOfBlock, threads, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            find_at_border(voxels, edges[i], 1 << grid.depth, found[begin / kEdgesOfBlock]);
+            find_at_border(voxels, near, edges[i], 1 << grid.depth, found[begin / kEdgesOfBlock]);
     });
     std::vector<AtBorder> all;
     for (std::vector<AtBorder> &some : found) {
@@ -242,9 +234,15 @@ void restore_where_gaps_open(Voxels &voxels, int depth, int threads) {
     for (std::size_t i = 0; i < voxels.codes.size(); ++i)
         if (ends_at_border(voxels.points.radii[i], depth))
             shrunk.push_back({i, false});
-    parallel_for(shrunk.size(), kVoxelsOfBlock, threads, [&](std::size_t i) {
-        const double radius = radius_fraction(voxels.points.radii[shrunk[i].voxel]) * (1 << depth);
-        shrunk[i].restored = gap_may_open(voxels, shrunk[i].voxel, radius, depth);
+    if (shrunk.empty())
+        return;
+    const NearVoxels near(voxels.codes, depth);
+    parallel_blocks(shrunk.size(), kVoxelsOfBlock, threads, [&](std::size_t begin, std::size_t end) {
+        NearVoxelCursor cursor(near);
+        for (std::size_t i = begin; i < end; ++i) {
+            const double radius = radius_fraction(voxels.points.radii[shrunk[i].voxel]) * (1 << depth);
+            shrunk[i].restored = gap_may_open(voxels, cursor, shrunk[i].voxel, radius, depth);
+        }
     });
     for (const Shrunk &one : shrunk)
         if (one.restored)
