@@ -115,6 +115,23 @@ TEST(Gltf, DamagedIndicesAreNotAbsentOnes) {
     EXPECT_TRUE(says(surface(whole), "primitives without POSITION", Fate::dropped));
 }
 
+// Their vertices are those of the surface, too.
+TEST(Gltf, NormalsAreAsManyAsVerticesWithoutFacesToo) {
+    const auto with_normals = [](Glb &glb, std::size_t count) {
+        const auto normals = glb.floats(std::vector<float>(3 * count, 1), "VEC3", 3);
+        const auto vertices = [&] { return json{{"POSITION", glb.floats(kSquare, "VEC3", 3)}}; };
+        const json faces{{"attributes", vertices()}, {"indices", glb.indices({0, 1, 2})}};
+        json none{{"attributes", vertices()}, {"indices", glb.indices({})}};
+        none["attributes"]["NORMAL"] = normals;
+        glb.show({faces, none});
+    };
+    Glb whole, fewer;
+    with_normals(whole, 4);
+    EXPECT_EQ(surface(whole).triangles.size(), 1U);
+    with_normals(fewer, 3);
+    EXPECT_TRUE(test::has(refusal(fewer), "NORMAL are not as many as POSITION"));
+}
+
 TEST(Gltf, ColoursAreFactorTimesThoseOfVertices) {
     Glb glb;
     const auto positions = glb.floats(kSquare, "VEC3", 3), indices = glb.indices({0, 1, 2, 0, 2, 3});

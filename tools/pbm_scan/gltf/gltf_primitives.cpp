@@ -160,7 +160,7 @@ Status GltfPrimitives::read_primitive(const Json &described, const std::vector<d
     if (Status read = draco != nullptr ? read_compressed(*draco, reading, out) : read_plain(reading, out); !read)
         return read;
     const std::size_t count = out.vertices();
-    if (out.positions.empty() || (!out.is_points && reading.corners.empty()))
+    if (out.positions.empty())
         return {};
     if (out.weights.size() != out.joints.size())
         return bad_input("JOINTS and WEIGHTS do not belong together");
@@ -173,6 +173,8 @@ Status GltfPrimitives::read_primitive(const Json &described, const std::vector<d
     for (const auto &[values, width, name] : parallel)
         if (!values->empty() && values->size() != count * width)
             return bad_input(std::string(name) + " are not as many as POSITION");
+    if (!out.is_points && reading.corners.empty())
+        return {};
     if (const auto beyond =
             std::find_if(reading.corners.begin(), reading.corners.end(), [&](auto c) { return c >= count; });
         beyond != reading.corners.end())
