@@ -32,7 +32,7 @@ ThreadPool::ThreadPool(int threads) {
     try {
         for (std::size_t thread = 1; kHasThreads && thread < static_cast<std::size_t>(threads); ++thread)
             workers_.emplace_back([this, thread] { serve(thread); });
-    } catch (...) { // no more threads, or no memory for them; emscripten 3.1.6 knows no std::system_error by its bases
+    } catch (...) { // no more threads, or no memory for them
     }
 }
 

@@ -47,7 +47,7 @@ TARGETS = {
     "draw": (512, []),
     "materials": (1024, []),
 }
-SLICE_SECONDS = 120                                     # an interruption loses at most this
+SLICE_SECONDS = 300                                     # an interruption loses at most this
 
 class Campaign:
     def __init__(self, build, goal):

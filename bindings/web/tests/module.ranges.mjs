@@ -4,7 +4,8 @@ import path from "node:path";
 import { test } from "node:test";
 import { bytesOf, CODES, countDifferences, loadPbm, modelsOf, PbmError, SOURCE } from "./native.mjs";
 
-const pbm = await loadPbm({ threads: 0 });
+const LIBRARIES = [await loadPbm({ threads: 0 }), await loadPbm({ threads: 3 })];
+const [pbm] = LIBRARIES;
 const WIDTH = 200,
     HEIGHT = 150;
 
@@ -22,47 +23,50 @@ function exactPicture(bytes) {
     return { camera, info, picture };
 }
 
-for (const file of modelsOf("golden"))
-    test(`a stream of ${path.relative(SOURCE, file)}`, () => {
-        const bytes = bytesOf(file),
-            exact = exactPicture(bytes),
-            piece = Math.ceil(bytes.length / 40);
-        let arrived = 0,
-            pictures = 0,
-            model = null,
-            drawn = null;
-        const asked = [];
-        const read = (offset, size) => {
-            assert.ok(size > 0 && offset + size <= bytes.length);
-            if (offset + size <= arrived) return bytes.subarray(offset, offset + size);
-            asked.push(offset);
-            return null;
-        };
-        for (; !drawn?.complete; arrived += piece) {
-            assert.ok(arrived < bytes.length + piece, "all bytes are there, and the picture is not complete");
-            asked.length = 0;
-            model ??= pbm.open({ size: bytes.length, read });
-            const info = model?.info() ?? null,
-                camera = model?.defaultCamera(WIDTH, HEIGHT) ?? null;
-            assert.equal(info === null, camera === null);
-            if (info === null) {
-                assert.ok(asked.length > 0, "what is missing is asked for");
-                if (model !== null)
-                    // a camera of one's own needs no points
-                    assert.equal(pictureOf(model, exact.camera).error, null);
-                continue;
-            }
-            assert.deepEqual({ info, camera }, { info: exact.info, camera: exact.camera });
-            drawn = pictureOf(model, camera);
-            assert.equal(drawn.error, null);
-            assert.equal(drawn.complete, asked.length === 0);
-            ++pictures;
+function streamInPieces(library, file) {
+    const bytes = bytesOf(file),
+        exact = exactPicture(bytes),
+        piece = Math.ceil(bytes.length / 40);
+    let arrived = 0,
+        pictures = 0,
+        model = null,
+        drawn = null;
+    const asked = [];
+    const read = (offset, size) => {
+        assert.ok(size > 0 && offset + size <= bytes.length);
+        if (offset + size <= arrived) return bytes.subarray(offset, offset + size);
+        asked.push(offset);
+        return null;
+    };
+    for (; !drawn?.complete; arrived += piece) {
+        assert.ok(arrived < bytes.length + piece, "all bytes are there, and the picture is not complete");
+        asked.length = 0;
+        model ??= library.open({ size: bytes.length, read });
+        const info = model?.info() ?? null,
+            camera = model?.defaultCamera(WIDTH, HEIGHT) ?? null;
+        assert.equal(info === null, camera === null);
+        if (info === null) {
+            assert.ok(asked.length > 0, "what is missing is asked for");
+            if (model !== null)
+                // a camera of one's own needs no points
+                assert.equal(pictureOf(model, exact.camera).error, null);
+            continue;
         }
-        assert.ok(pictures > 0);
-        assert.equal(countDifferences(drawn.pixels, exact.picture.pixels), 0);
-        assert.equal(countDifferences(drawn.depths, exact.picture.depths), 0);
-        model.close();
-    });
+        assert.deepEqual({ info, camera }, { info: exact.info, camera: exact.camera });
+        drawn = pictureOf(model, camera);
+        assert.equal(drawn.error, null);
+        assert.equal(drawn.complete, asked.length === 0);
+        ++pictures;
+    }
+    assert.ok(pictures > 0);
+    assert.equal(countDifferences(drawn.pixels, exact.picture.pixels), 0);
+    assert.equal(countDifferences(drawn.depths, exact.picture.depths), 0);
+    model.close();
+}
+
+for (const library of LIBRARIES)
+    for (const file of modelsOf("golden"))
+        test(`a stream of ${path.relative(SOURCE, file)}, ${library.threads} thread(s)`, () => streamInPieces(library, file));
 
 test("only the ranges that are asked for are fetched, and each chunk once", () => {
     const bytes = bytesOf(path.join(SOURCE, "format_spec/golden/1.0/scan-everything.pbvg")),

@@ -135,6 +135,15 @@ TEST(NearVoxels, AreThoseThatComparingAllFinds) {
                     ASSERT_EQ(found[k].squared_distance, expected[k].squared_distance);
                     ASSERT_EQ(places[found[k].voxel], places[i] + found[k].offset);
                 }
+                constexpr int kWithin = 12;
+                std::vector<NearPoint> all = nearest_of_all(places, i, 256);
+                std::erase_if(all, [&](const NearPoint &near) { return near.squared_distance > kWithin; });
+                const auto within = cursor.within(i, kWithin);
+                ASSERT_EQ(within.size(), all.size());
+                for (const Neighbour &near : within) {
+                    ASSERT_LE(near.squared_distance, kWithin);
+                    ASSERT_EQ(places[near.voxel], places[i] + near.offset);
+                }
             }
         }
 }
