@@ -1,7 +1,7 @@
-// What finds the handler of an exception in WebAssembly with threads, in place of libunwind's functions: those keep their
-// state in a variable of each thread, but the code that clang 14 makes for a handler writes one for all threads. With
-// them, `catch (...)` is the only handler that is ever found. Two threads that look for one at the same moment may miss
-// it; handlers with a type only run where a call of the interface ends, or memory does.
+// What finds the handler of an exception in WebAssembly with threads, in place of libunwind's functions: those keep
+// their state in a variable of each thread, but the code that clang 14 makes for a handler writes one for all threads.
+// With them, `catch (...)` is the only handler that is ever found. Two threads that look for one at the same moment may
+// miss it; handlers with a type only run where a call of the interface ends, or memory does.
 // Based on: WebAssembly tool conventions. Exception handling. 2022
 #include <cstdint>
 #include <unwind.h>

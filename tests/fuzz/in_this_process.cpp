@@ -1,5 +1,5 @@
-// Replaces run_in_child for a target whose inputs hold images: a fork of a sanitized process takes longer than the rest.
-// A crash of a library ends the target. CMakeLists.txt gives the linker the name.
+// Replaces run_in_child for a target whose inputs hold images: a fork of a sanitized process takes longer than the
+// rest. A crash of a library ends the target. CMakeLists.txt gives the linker the name.
 #include "system/processes/child_process.h"
 
 #include <exception>

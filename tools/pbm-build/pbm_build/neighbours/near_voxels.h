@@ -45,7 +45,8 @@ class NearVoxelCursor {
     static constexpr std::size_t kMax = 48;
     std::size_t nearest(std::size_t voxel, std::span<Neighbour> found);
 
-    // All others whose centres lie within sqrt(squared) voxels, nearest first; squared <= 16. Valid until the next call.
+    // All others whose centres lie within sqrt(squared) voxels, nearest first; squared <= 16. Valid until the next
+    // call.
     std::span<const Neighbour> within(std::size_t voxel, int squared);
 
   private:
