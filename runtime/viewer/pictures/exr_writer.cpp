@@ -113,12 +113,7 @@ std::int64_t append(exr_const_context_t, void *file, const void *bytes, std::uin
 class ExrFile {
   public:
     explicit ExrFile(const OpenExr &library) : exr_(library) {}
-    ~ExrFile() {
-        if (has_pipeline_)
-            exr_.encoding_destroy(file_, &pipeline_);
-        if (file_ != nullptr)
-            exr_.finish(&file_);
-    }
+    ~ExrFile() { finish(); }
     ExrFile(const ExrFile &) = delete;
     ExrFile &operator=(const ExrFile &) = delete;
 
@@ -162,7 +157,11 @@ class ExrFile {
         }
         return EXR_ERR_SUCCESS;
     }
-    exr_result_t finish() { return exr_.finish(&file_); }
+    exr_result_t finish() {
+        if (std::exchange(has_pipeline_, false))
+            exr_.encoding_destroy(file_, &pipeline_); // which needs the file
+        return file_ != nullptr ? exr_.finish(&file_) : EXR_ERR_SUCCESS;
+    }
     Bytes take() { return std::move(bytes_); }
 
   private:
