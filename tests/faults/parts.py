@@ -6,25 +6,20 @@ import shutil
 from world import OLD, PARTS, part_name
 
 
-def command(world, *more, scan=None, folder=None):
-    output = (folder or world.out) / "model.pbvg"
-    return ["pbm-build", scan or world.large_scan, "-o", output, "-q", "-j", 1, *more]
-
-
 def refused(world, number, content, story, tally, build_again=True):
     """Part `number` has this content: --merge names it and leaves the old model, --shard builds the part anew."""
     world.fresh()
     world.prepare("merge")
     part = world.out / part_name(number)
     part.write_bytes(content)
-    code, said = world.run(command(world, "--merge", PARTS))
+    code, said = world.run(world.large_build("--merge", PARTS))
     tally.cases += 1
     tally.detected += code != 0
     tally.require(code == 3 and said.count("\n") == 1 and str(part) in said, f"{story}: exit code {code}, said {said!r}")
     tally.require((world.out / "model.pbvg").read_bytes() == OLD, f"{story}: the old model is gone")
     tally.require(part.read_bytes() == content, f"{story}: the part has changed")
     if build_again:
-        code, said = world.run(command(world, "--shard", f"{number}/{PARTS}"))
+        code, said = world.run(world.large_build("--shard", f"{number}/{PARTS}"))
         tally.require(code == 0 and part.read_bytes() == world.parts[part.name], f"{story}: not built anew: {code} {said!r}")
         tally.count("built anew")
     tally.require(len(list(world.out.iterdir())) == PARTS + 1, f"{story}: left {list(world.out.iterdir())}")
@@ -48,30 +43,30 @@ def damaged_parts(world, tally):
 
 def foreign_parts(world, tally):
     """A part of other options, of another input, of another number of parts; another part."""
-    others = {"other options": (("--depth", 6), PARTS, world.large_scan), "another input": ((), PARTS, world.scan),
-              "another number of parts": ((), PARTS + 1, world.large_scan)}  # fmt: skip
+    others = {"other options": ({"depth": 6}, PARTS), "another input": ({"scan": world.scan}, PARTS),
+              "another number of parts": ({}, PARTS + 1)}  # fmt: skip
     folder = world.work / "others"
-    for story, (options, count, scan) in others.items():
+    for story, (changes, count) in others.items():
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir()
         for number in range(PARTS):
-            world.must(*command(world, "--shard", f"{number}/{count}", *options, scan=scan, folder=folder))
+            world.must(*world.large_build("--shard", f"{number}/{count}", folder=folder, **changes))
             content = (folder / f"model.pbvg.part-{number}-of-{count}").read_bytes()
             refused(world, number, content, f"part {number} of {story}", tally)
     for number in range(PARTS):
         other = world.parts[part_name((number + 1) % PARTS)]
         refused(world, number, other, f"another part in the place of part {number}", tally)
-    for story, more in {"other options": ("--merge", PARTS, "--depth", 6), "other inputs": ("--merge", PARTS)}.items():
+    for story, changes in {"other options": {"depth": 6}, "other inputs": {"scan": world.scan}}.items():
         world.fresh()
         world.prepare("merge")
-        code, said = world.run(command(world, *more, scan=world.scan if story == "other inputs" else None))
+        code, said = world.run(world.large_build("--merge", PARTS, **changes))
         tally.cases += 1
         tally.require(code == 3 and part_name(0) in said, f"merge with {story}: {code} {said!r}")
     for number in range(PARTS):
         world.fresh()
         world.prepare("merge")
         (world.out / part_name(number)).unlink()
-        code, said = world.run(command(world, "--merge", PARTS))
+        code, said = world.run(world.large_build("--merge", PARTS))
         tally.cases += 1
         tally.require(code == 2 and part_name(number) in said, f"part {number} is missing: {code} {said!r}")
 

@@ -100,20 +100,21 @@ class World:
         self.large_scan.write_text(hills(140))
         self.fresh()
         for part in range(PARTS):
-            self.must(*self.large_build(), "--shard", f"{part}/{PARTS}")
+            self.must(*self.large_build("--shard", f"{part}/{PARTS}"))
         self.parts = {part_name(part): (self.out / part_name(part)).read_bytes() for part in range(PARTS)}
         self.must(*self.large_build())
         self.whole.update({program: (self.out / "model.pbvg").read_bytes() for program in SPILLED})
         self.whole["shard"] = self.parts[part_name(1)]
 
-    def large_build(self):
+    def large_build(self, *more, scan=None, folder=None, depth=9):
         """Of a given depth: a build that chooses its depth takes several times as long."""
-        return ["pbm-build", self.large_scan, "-o", self.out / "model.pbvg", "-q", "--depth", 9]
+        output = (folder or self.out) / "model.pbvg"
+        return ["pbm-build", scan or self.large_scan, "-o", output, "-q", "-j", 1, "--depth", depth, *more]
 
     def command(self, program):
         if program in SPILLED:
             more = {"spilled": [], "shard": ["--shard", f"1/{PARTS}"], "merge": ["--merge", PARTS]}[program]
-            return [*self.large_build(), "-j", 1, "--max-memory", SPILLED[program], "--temp-dir", self.temporary, *more]
+            return self.large_build("--max-memory", SPILLED[program], "--temp-dir", self.temporary, *more)
         if program == "pbm-build":
             return [program, self.scan, "-o", self.output(program), "-q", "-j", 1]
         if program == "pbm-export":

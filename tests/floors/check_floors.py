@@ -82,6 +82,7 @@ HOMES = {
     r"glm/.*": r"(runtime|tools|data|bindings)/.*",
     r"std(def|int)\.h": r"bindings/c/pbm\.h",
     r"pbm/pbm\.h": r"bindings/web/.*\.cpp",
+    r"unwind\.h": r"bindings/web/landing_pads\.cpp",
     # In the builder only what runs once per sample or point, in programs once per pixel: vectors elsewhere are the compiler's.
     r"hwy/.*": (
         r"(system/simd|format_spec/pbm_format|runtime/pbm_(surface|bake|render))/.*\.(cpp|h)"
