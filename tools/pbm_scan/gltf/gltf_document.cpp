@@ -160,12 +160,12 @@ Result<ByteView> GltfDocument::buffer(std::size_t index) {
     const Json *const described = item(root("buffers"), index);
     if (described == nullptr)
         return bad_input(name_of("buffers", index) + " does not exist");
-    const std::string uri = text_of(described, "uri");
+    const Json *const uri = member(described, "uri");
     ByteView bytes = binary_;
-    if (!uri.empty()) {
+    if (uri != nullptr && uri->is_string() && !uri->get_ref<const std::string &>().empty()) {
         auto known = resources_.find(index);
         if (known == resources_.end()) {
-            Result<GltfResource> read = resource(uri);
+            Result<GltfResource> read = resource(uri->get_ref<const std::string &>());
             if (!read)
                 return bad_input(name_of("buffers", index) + ": " + read.error().message);
             further_bytes_ += read->bytes().size();
@@ -198,9 +198,12 @@ Result<GltfDocument::View> GltfDocument::decompressed(const Json &extension, std
     constexpr std::size_t kMaxPacked = 64, kMaxStride = 256;
     if (stride == 0 || stride > kMaxStride || count > (kMaxPacked * length + kFreeElements) / stride)
         return bad_input(name + " announces more elements than its compressed bytes can hold");
-    auto &out = decompressed_[index];
-    if (out.empty() && count != 0) {
-        out.resize(count * stride);
+    auto known = decompressed_.find(index);
+    if (known == decompressed_.end()) {
+        unpacked_ += count * stride;
+        if (unpacked_ > kFreeElements + kMaxPacked * bytes())
+            return too_large("compressed buffer views hold many more bytes than the file; export it uncompressed");
+        std::vector<std::uint8_t> out(count * stride);
         const std::uint8_t *const packed = from->data() + offset;
         int failed = -1;
         if (mode == "ATTRIBUTES" && stride % 4 == 0)
@@ -222,8 +225,9 @@ Result<GltfDocument::View> GltfDocument::decompressed(const Json &extension, std
                         : decode_colours<std::uint16_t, std::int16_t>(out);
         else if (!filter.empty() && filter != "NONE")
             return bad_input(name + ": the filter " + printable_in_quotes(filter) + " is not known");
+        known = decompressed_.emplace(index, std::move(out)).first;
     }
-    return View{out, stride};
+    return View{known->second, stride};
 }
 
 Result<GltfDocument::View> GltfDocument::view(std::size_t index) {
@@ -332,33 +336,44 @@ Result<std::vector<float>> GltfDocument::floats(std::size_t accessor, std::size_
                 values[i * components + k] =
                     read(from->bytes.data() + i * from->stride + k * size, from->is_normalised);
     }
+    if (const Status changed = for_sparse(accessor, *from, [&](std::size_t at, const std::uint8_t *element) {
+            for (std::size_t k = 0; k < used; ++k)
+                values[at * components + k] = read(element + k * size, from->is_normalised);
+        });
+        !changed)
+        return changed.error();
+    return values;
+}
+
+// Calls `change(number, bytes)` for the elements that the accessor states beside its buffer view.
+template <class Change>
+Status GltfDocument::for_sparse(std::size_t accessor, const Elements &from, const Change &change) {
     const Json *const sparse = member(item(root("accessors"), accessor), "sparse");
     if (sparse == nullptr)
-        return values;
+        return {};
     const std::string name = name_of("accessors", accessor) + ".sparse";
     const Json *const places = member(sparse, "indices"), *const changes = member(sparse, "values");
     const std::size_t count = index_of(sparse, "count").value_or(0),
                       type = index_of(places, "componentType").value_or(0),
                       index_size = size_of_type(static_cast<int>(std::min<std::size_t>(type, 65535)));
-    if (count > from->count || index_size == 0)
+    if (count > from.count || index_size == 0)
         return bad_input(name + " makes no sense");
     const Result<ByteView> indices = part(index_of(places, "bufferView").value_or(~std::size_t{0}),
                                           index_of(places, "byteOffset").value_or(0), count * index_size, name);
     if (!indices)
         return indices.error();
-    const std::size_t element = from->components * size;
+    const std::size_t element = from.components * size_of_type(from.type);
     const Result<ByteView> changed = part(index_of(changes, "bufferView").value_or(~std::size_t{0}),
                                           index_of(changes, "byteOffset").value_or(0), count * element, name);
     if (!changed)
         return changed.error();
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint32_t at = whole(indices->data() + i * index_size, static_cast<int>(type));
-        if (at >= from->count)
-            return bad_input(name + " changes element " + std::to_string(at) + " of " + std::to_string(from->count));
-        for (std::size_t k = 0; k < used; ++k)
-            values[at * components + k] = read(changed->data() + i * element + k * size, from->is_normalised);
+        if (at >= from.count)
+            return bad_input(name + " changes element " + std::to_string(at) + " of " + std::to_string(from.count));
+        change(at, changed->data() + i * element);
     }
-    return values;
+    return {};
 }
 
 Result<std::vector<std::uint32_t>> GltfDocument::indices(std::size_t accessor) {
@@ -370,6 +385,11 @@ Result<std::vector<std::uint32_t>> GltfDocument::indices(std::size_t accessor) {
     std::vector<std::uint32_t> values(from->count);
     for (std::size_t i = 0; i < from->count && !from->bytes.empty(); ++i)
         values[i] = whole(from->bytes.data() + i * from->stride, from->type);
+    if (const Status changed = for_sparse(
+            accessor, *from,
+            [&](std::size_t at, const std::uint8_t *element) { values[at] = whole(element, from->type); });
+        !changed)
+        return changed.error();
     return values;
 }
 

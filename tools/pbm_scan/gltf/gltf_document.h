@@ -79,6 +79,7 @@ class GltfDocument {
     Result<ByteView> buffer(std::size_t index);
     Result<View> decompressed(const Json &extension, std::size_t index);
     Result<Elements> elements(std::size_t accessor);
+    template <class Change> Status for_sparse(std::size_t accessor, const Elements &from, const Change &change);
     // `bytes` bytes of a view from `offset` on. An error names `what` if they lie outside of the view.
     Result<ByteView> part(std::size_t view, std::size_t offset, std::size_t bytes, const std::string &what);
 
@@ -86,7 +87,9 @@ class GltfDocument {
     ByteView binary_; // the binary chunk of a GLB
     std::string path_;
     std::size_t size_;                              // of the file; bounds the count of accessors without a buffer view
-    std::uint64_t further_bytes_ = 0, numbers_ = 0; // of other files; read from accessors
+    std::uint64_t further_bytes_ = 0; // of other files
+    std::uint64_t numbers_ = 0;       // read from accessors
+    std::uint64_t unpacked_ = 0;      // bytes of compressed views
     std::vector<AttributeReport> report_;
     std::map<std::size_t, GltfResource> resources_;                 // [index of a buffer]
     std::map<std::size_t, std::vector<std::uint8_t>> decompressed_; // [index of a buffer view]

@@ -324,12 +324,13 @@ std::uint16_t GltfMaterials::plain_image(const GltfMaterial &material) {
 }
 
 const GltfMaterial &GltfMaterials::get(std::optional<std::size_t> index) {
-    const std::size_t number = index.value_or(~std::size_t{0});
-    if (const auto found = known_.find(number); found != known_.end())
+    if (const auto found = known_.find(index); found != known_.end())
         return found->second;
-    GltfMaterial &made = known_[number];
+    GltfMaterial &made = known_[index];
     made.material = options_.default_material;
-    const Json *const described = item(document_.root("materials"), number);
+    const Json *const described = index ? item(document_.root("materials"), *index) : nullptr;
+    if (described == nullptr && index)
+        drop_once(report_, "materials that do not exist", "the usual one takes their place");
     if (described == nullptr)
         return made;
     const Json *const extensions = member(described, "extensions");

@@ -90,7 +90,7 @@ class GltfMaterials {
     const ReadOptions &options_;
     TextureImages images_;
     std::vector<AttributeReport> &report_;
-    std::map<std::size_t, GltfMaterial> known_;
+    std::map<std::optional<std::size_t>, GltfMaterial> known_; // by index; nothing: of primitives that name none
     float white_ = 1; // in factors of colours; more where the file counts in bytes
     bool has_unlit_ = false, has_double_sided_ = false;
 };

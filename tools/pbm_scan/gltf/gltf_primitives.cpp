@@ -46,6 +46,8 @@ void add_triangles(Mode mode, const std::vector<std::uint32_t> &corners, GltfPri
     out.degenerate = degenerate;
 }
 
+constexpr std::size_t kMaxUnusedNames = 256; // of attributes, in the report
+
 constexpr std::string_view kSplatPrefix = "KHR_gaussian_splatting:";
 constexpr const char *kRotations = "KHR_gaussian_splatting:ROTATION", *kScales = "KHR_gaussian_splatting:SCALE",
                      *kOpacities = "KHR_gaussian_splatting:OPACITY",
@@ -73,12 +75,12 @@ std::uint64_t GltfPrimitives::max_vertices() const {
     return std::min<std::uint64_t>(kMaxVertices, kFreeVertices + document_.bytes());
 }
 
-Result<const std::vector<GltfPrimitive> *> GltfPrimitives::of_mesh(std::size_t mesh, const std::vector<double> &weights,
-                                                                   bool has_skin) {
-    const std::tuple key(mesh, weights, has_skin);
+Result<const std::vector<GltfPrimitive> *> GltfPrimitives::of_mesh(const ShownMesh &shown) {
+    const auto &[mesh, to_scene, weights, skin] = shown;
+    const std::tuple key(mesh, *weights, skin.has_value());
     auto known = meshes_.find(key);
     if (known == meshes_.end()) {
-        Result<std::vector<GltfPrimitive>> read = read_mesh(mesh, weights, has_skin);
+        Result<std::vector<GltfPrimitive>> read = read_mesh(mesh, *weights, skin.has_value());
         if (!read)
             return read.error();
         known = meshes_.emplace(key, std::move(*read)).first;
@@ -128,7 +130,7 @@ void GltfPrimitives::report_attributes(const Json &attributes, const GltfPrimiti
             [&, &used = name](const GltfImage &image) { is_used = is_used || used == image.coordinates; });
         if (is_used)
             used_.insert(printable(name));
-        else if (index_of(&accessor))
+        else if (index_of(&accessor) && unused_.size() < kMaxUnusedNames && unused_.insert(name).second)
             drop_once(report_, printable(name),
                       name.starts_with("TEXCOORD") ? "no image belongs to them"
                       : name == "TANGENT"          ? "no normal map belongs to them"
@@ -310,16 +312,18 @@ Status GltfPrimitives::read_splats(Reading &reading, GltfPrimitive &out) {
                                                    {kCoefficients, std::size_t{3}, &coefficients}}) {
         if (Status read = read_attribute(reading, reading.attributes, name, components, *values); !read)
             return read;
-        if (!values->empty() && values->size() != count * components)
+        if (index_of(&reading.attributes, name) && values->size() != count * components)
             return bad_input(std::string(name) + " are not as many as POSITION");
     }
-    if (scales.empty())
-        return bad_input(std::string(kScales) + " is missing");
+    for (const auto &[name, values] : {std::pair(kScales, &scales), {kRotations, &rotations}})
+        if (values->empty())
+            return bad_input(std::string(name) + " is missing");
     // Files of drafts of the extension have logarithms.
     const bool are_logarithms = std::any_of(scales.begin(), scales.end(), [](float scale) { return scale < 0; });
     const auto scale = [&](std::size_t i) { return are_logarithms ? exponential(scales[i]) : scales[i]; };
     const bool has_own_colours = !coefficients.empty();
-    std::vector<float> positions, colours;
+    std::vector<float> positions, colours, joints, weights;
+    const std::size_t moves = 4 * out.joint_sets;
     out.normals.clear();
     for (std::size_t i = 0; i < count; ++i) {
         if (!opacities.empty() && is_faint(opacities[i], options_))
@@ -330,6 +334,8 @@ Status GltfPrimitives::read_splats(Reading &reading, GltfPrimitive &out) {
         positions.insert(positions.end(), &out.positions[3 * i], &out.positions[3 * i] + 3);
         out.normals.insert(out.normals.end(), {disc.normal.x, disc.normal.y, disc.normal.z});
         out.radii.push_back(disc.radius);
+        joints.insert(joints.end(), &out.joints[moves * i], &out.joints[moves * i] + moves);
+        weights.insert(weights.end(), &out.weights[moves * i], &out.weights[moves * i] + moves);
         if (has_own_colours) {
             for (const std::uint8_t channel :
                  splat_colour({coefficients[3 * i], coefficients[3 * i + 1], coefficients[3 * i + 2]}))
@@ -343,6 +349,10 @@ Status GltfPrimitives::read_splats(Reading &reading, GltfPrimitive &out) {
     faint_splats_ += count - out.radii.size();
     out.positions = std::move(positions);
     out.colours = std::move(colours);
+    out.joints = std::move(joints);
+    out.weights = std::move(weights);
+    out.tangents.clear();
+    out.places.clear();
     return {};
 }
 
@@ -389,11 +399,16 @@ Status GltfPrimitives::read_compressed(const Json &draco, Reading &reading, Gltf
     const Json *const ids = member(&draco, "attributes");
     std::vector<DracoRequest> requests;
     std::vector<std::vector<float> *> to;
+    std::vector<std::tuple<std::string, std::size_t, std::vector<float> *>> plain; // not among the compressed ones
     const auto want = [&](const std::string &name, std::uint32_t components, std::vector<float> &values) {
         const auto id = index_of(ids, name.c_str());
         const auto accessor = index_of(&reading.attributes, name.c_str());
-        if (!id || !accessor)
+        if (!accessor)
             return;
+        if (!id) {
+            plain.emplace_back(name, components, &values);
+            return;
+        }
         requests.push_back({static_cast<std::uint32_t>(*id), components, document_.is_normalised(*accessor)});
         to.push_back(&values);
     };
@@ -415,6 +430,9 @@ Status GltfPrimitives::read_compressed(const Json &draco, Reading &reading, Gltf
         return mesh.error();
     for (std::size_t i = 0; i < to.size(); ++i)
         *to[i] = std::move(mesh->attributes[i]);
+    for (const auto &[name, components, values] : plain)
+        if (Status read = read_attribute(reading, reading.attributes, name.c_str(), components, *values); !read)
+            return read;
     out.joint_sets = out.joints.empty() ? 0 : 1;
     reading.corners = std::move(mesh->corners);
     return {};

@@ -5,6 +5,7 @@
 #include "pbm_scan/conventions/colour_range.h"
 #include "pbm_scan/gltf/gltf_document.h"
 #include "pbm_scan/gltf/gltf_materials.h"
+#include "pbm_scan/gltf/gltf_scene.h"
 #include "pbm_scan/surface/surface.h"
 
 #include <glm/vec3.hpp>
@@ -50,8 +51,7 @@ class GltfPrimitives {
     //
     // errors  bad_input  damaged
     //         too_large  many more vertices or indices than the file has bytes
-    Result<const std::vector<GltfPrimitive> *> of_mesh(std::size_t mesh, const std::vector<double> &weights,
-                                                       bool has_skin);
+    Result<const std::vector<GltfPrimitive> *> of_mesh(const ShownMesh &shown);
 
     // Reports Gaussian splats, if there are any. Call it last.
     //
@@ -102,7 +102,7 @@ class GltfPrimitives {
     GltfMaterials &materials_;
     const ReadOptions &options_;
     std::vector<AttributeReport> &report_;
-    std::set<std::string> used_; // attributes that some primitive needs
+    std::set<std::string> used_, unused_; // attributes that some primitive needs, or does not
     std::map<std::tuple<std::size_t, std::vector<double>, bool>, std::vector<GltfPrimitive>> meshes_;
     std::map<std::size_t, std::size_t> uses_;                                  // of accessors of positions
     std::map<std::size_t, Shared> shared_;                                     // by the accessor of positions

@@ -96,9 +96,18 @@ class GltfReader {
         if (!scene)
             return scene.error();
         const std::vector<ShownMesh> &shown = scene->shown();
-        for (const ShownMesh &mesh : shown) // each is read once, and kept
-            if (const auto read = primitives_.of_mesh(mesh.mesh, mesh.weights, mesh.skin.has_value()); !read)
+        std::uint64_t vertices = 0;
+        for (const ShownMesh &mesh : shown) { // each is read once, and kept
+            const auto read = primitives_.of_mesh(mesh);
+            if (!read)
                 return read.error();
+            for (const GltfPrimitive &primitive : **read)
+                vertices += primitive.vertices();
+            if (vertices > primitives_.max_vertices())
+                return too_large("instances of meshes with more than " + std::to_string(primitives_.max_vertices()) +
+                                 " vertices in all; export fewer");
+        }
+        surface_.positions.reserve(vertices);
         colour_range_ = primitives_.colour_range();
         // Points go behind all triangles.
         for (const bool points : {false, true}) {
@@ -150,8 +159,7 @@ class GltfReader {
     }
 
     Status show(const ShownMesh &shown, bool points, GltfScene &scene) {
-        const Result<const std::vector<GltfPrimitive> *> primitives =
-            primitives_.of_mesh(shown.mesh, shown.weights, shown.skin.has_value());
+        const Result<const std::vector<GltfPrimitive> *> primitives = primitives_.of_mesh(shown);
         if (!primitives)
             return primitives.error();
         const std::vector<glm::dmat4> *joints = nullptr;
@@ -164,8 +172,7 @@ class GltfReader {
         }
         for (const GltfPrimitive &primitive : **primitives)
             if (primitive.is_points == points)
-                if (Status added = add(primitive, shown.to_scene, joints); !added)
-                    return added;
+                add(primitive, shown.to_scene, joints);
         return {};
     }
 
@@ -186,14 +193,10 @@ class GltfReader {
         return weights > 0 && std::isfinite(weights) ? sum / weights : joints.front();
     }
 
-    Status add(const GltfPrimitive &primitive, const glm::dmat4 &to_scene, const std::vector<glm::dmat4> *joints) {
+    void add(const GltfPrimitive &primitive, const glm::dmat4 &to_scene, const std::vector<glm::dmat4> *joints) {
         const std::size_t first = surface_.positions.size(), count = primitive.vertices();
-        if (first + count > primitives_.max_vertices())
-            return too_large("instances of meshes with more than " + std::to_string(primitives_.max_vertices()) +
-                             " vertices in all; export fewer");
         const bool is_skinned = joints != nullptr && primitive.joint_sets != 0 && !joints->empty();
         Placing placing(to_scene);
-        surface_.positions.reserve(first + count);
         if (!primitive.normals.empty())
             surface_.normals.resize(first, glm::vec3(0));
         const bool has_tangents = !primitive.tangents.empty() && !primitive.normals.empty();
@@ -220,7 +223,6 @@ class GltfReader {
         add_discs(primitive, first, std::cbrt(std::abs(placing.determinant)));
         add_colours(primitive, first);
         add_triangles(primitive, first, is_mirrored);
-        return {};
     }
 
     // Zero if it has no direction.
@@ -317,7 +319,7 @@ class GltfReader {
         if (found == surface_.materials.end())
             surface_.materials.push_back(material.material);
         surface_.reflectances.resize(surface_.materials.size(), material.reflectance);
-        materials_of_.resize(surface_.positions.size(), static_cast<std::uint16_t>(number));
+        materials_of_.resize(surface_.positions.size(), static_cast<std::uint32_t>(number));
         has_colours_ = has_colours_ || !primitive.colours.empty() || material.image.texture != Surface::kNoTexture;
         constexpr float kWhite = 65535;
         const bool has_own = !primitive.colours.empty() && colour_range_.white > 0;
@@ -407,7 +409,7 @@ class GltfReader {
             const std::string count = std::to_string(surface_.materials.size()) + " of them, a model has " +
                                       std::to_string(kMaxMaterials) + ": their colours are those of the points";
             if (!has_colours_)
-                for (const std::uint16_t material : materials_of_)
+                for (const std::uint32_t material : materials_of_)
                     surface_.colours.push_back(surface_.materials[material].colour);
             surface_.materials.clear();
             surface_.reflectances.clear();
@@ -416,7 +418,7 @@ class GltfReader {
         }
         if (surface_.materials.size() <= 1)
             return;
-        for (const std::uint16_t material : materials_of_)
+        for (const std::uint32_t material : materials_of_)
             surface_.material_ids.push_back(static_cast<std::uint8_t>(material));
     }
 
@@ -427,7 +429,7 @@ class GltfReader {
     GltfMaterials materials_;
     GltfPrimitives primitives_;
     ColourRange colour_range_;
-    std::vector<std::uint16_t> materials_of_; // [vertices]
+    std::vector<std::uint32_t> materials_of_; // [vertices]
     bool has_colours_ = false, has_vertex_colours_ = false, has_factor_ = false, has_normals_ = false,
          has_skins_ = false, has_places_ = false;
 };

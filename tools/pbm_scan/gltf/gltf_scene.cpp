@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -38,14 +39,23 @@ glm::dmat4 matrix_from(const glm::dvec3 &translation, const glm::dquat &rotation
     return matrix;
 }
 
-std::vector<double> weights_of(const Json *node, const Json *mesh) {
+// Without those that no primitive of the mesh has a morph target for, and zeros at the end.
+std::shared_ptr<const std::vector<double>> weights_of(const Json *node, const Json *mesh) {
     const Json *const own = member(node, "weights"), *const given = items(own) != 0 ? own : member(mesh, "weights");
-    std::vector<double> weights;
-    for (std::size_t i = 0; i < items(given); ++i)
-        weights.push_back(number_of(item(given, i), 0));
-    while (!weights.empty() && weights.back() == 0)
-        weights.pop_back();
+    const Json *const primitives = member(mesh, "primitives");
+    std::size_t targets = 0, count = 0;
+    for (std::size_t i = 0; i < items(primitives) && items(given) != 0; ++i)
+        targets = std::max(targets, items(member(item(primitives, i), "targets")));
+    for (std::size_t i = 0; i < std::min(items(given), targets); ++i)
+        count = number_of(item(given, i), 0) != 0 ? i + 1 : count;
+    auto weights = std::make_shared<std::vector<double>>();
+    for (std::size_t i = 0; i < count; ++i)
+        weights->push_back(number_of(item(given, i), 0));
     return weights;
+}
+
+Error too_many_nodes() {
+    return too_large("more than " + std::to_string(kMaxNodes) + " nodes to show; export fewer");
 }
 
 } // namespace
@@ -73,12 +83,15 @@ glm::dmat4 GltfScene::matrix_of(const Json &node) {
 }
 
 // Adds the mesh of a node, or its instances (EXT_mesh_gpu_instancing).
-Status GltfScene::show(const Json &node, const glm::dmat4 &to_scene) {
+Status GltfScene::show(std::size_t number, const glm::dmat4 &to_scene) {
+    const Json &node = *item(document_->root("nodes"), number);
     const auto mesh = index_of(&node, "mesh");
     if (!mesh)
         return {};
-    ShownMesh shown{*mesh, to_scene, weights_of(&node, item(document_->root("meshes"), *mesh)),
-                    index_of(&node, "skin")};
+    auto &weights = weights_[number];
+    if (weights == nullptr)
+        weights = weights_of(&node, item(document_->root("meshes"), *mesh));
+    ShownMesh shown{*mesh, to_scene, weights, index_of(&node, "skin")};
     const Json *const instancing = member(member(&node, "extensions"), "EXT_mesh_gpu_instancing");
     const Json *const attributes = member(instancing, "attributes");
     constexpr std::array<const char *, 3> kNames{"TRANSLATION", "ROTATION", "SCALE"};
@@ -90,7 +103,7 @@ Status GltfScene::show(const Json &node, const glm::dmat4 &to_scene) {
         if (!accessor)
             continue;
         if (document_->count(*accessor) > kMaxNodes - nodes_and_instances_)
-            return too_large("more than " + std::to_string(kMaxNodes) + " nodes to show; export fewer");
+            return too_many_nodes();
         auto read = document_->floats(*accessor, kComponents[i]);
         if (!read)
             return read.error();
@@ -122,11 +135,15 @@ Status GltfScene::show(const Json &node, const glm::dmat4 &to_scene) {
 }
 
 // The camera of a node, or the name of one with a mesh.
-void GltfScene::note_names(const Json &node, const glm::dmat4 &to_scene) {
-    std::string name = text_of(&node, "name");
-    if (const auto camera = index_of(&node, "camera"))
-        cameras_.push_back({*camera, to_scene, name});
-    if (member(&node, "mesh") != nullptr && !name.empty() && known_names_.insert(name).second)
+void GltfScene::note_names(std::size_t number, const glm::dmat4 &to_scene) {
+    constexpr std::size_t kMaxCameras = 1024; // metadata hold fewer
+    const Json *const node = item(document_->root("nodes"), number);
+    if (const auto camera = index_of(node, "camera"); camera && cameras_.size() < kMaxCameras)
+        cameras_.push_back({*camera, to_scene, text_of(node, "name")});
+    if (member(node, "mesh") == nullptr || weights_.contains(number)) // the node is shown once more
+        return;
+    std::string name = text_of(node, "name");
+    if (!name.empty() && known_names_.insert(name).second)
         names_.push_back(std::move(name));
 }
 
@@ -152,12 +169,16 @@ Status GltfScene::collect(std::vector<AttributeReport> &report) {
     }
     has_node_.resize(meshes);
     std::vector<Visit> left;
-    const auto add = [&](const Json *list, std::size_t i, const Visit &parent) {
-        if (const auto node = index_of(item(list, i)))
-            left.push_back({*node, parent.to_scene, parent.depth + 1, parent.is_hidden});
+    const auto add = [&](const Json *list, const Visit &parent) {
+        if (items(list) > kMaxNodes - std::min(kMaxNodes, nodes_and_instances_ + left.size()))
+            return false;
+        for (std::size_t i = items(list); i-- > 0;)
+            if (const auto node = index_of(item(list, i)))
+                left.push_back({*node, parent.to_scene, parent.depth + 1, parent.is_hidden});
+        return true;
     };
-    for (std::size_t i = items(roots); i-- > 0;)
-        add(roots, i, {0, origin_, 0, false});
+    if (!add(roots, {0, origin_, 0, false}))
+        return too_many_nodes();
     while (!left.empty()) {
         Visit visit = left.back();
         left.pop_back();
@@ -167,7 +188,7 @@ Status GltfScene::collect(std::vector<AttributeReport> &report) {
         if (visit.depth > items(nodes) + 1)
             return bad_input(named("nodes", visit.node) + " is a child of itself; export the scan again");
         if (++nodes_and_instances_ > kMaxNodes)
-            return too_large("more than " + std::to_string(kMaxNodes) + " nodes to show; export fewer");
+            return too_many_nodes();
         visit.to_scene = visit.to_scene * matrix_of(*node);
         const Json *const visible = member(member(member(node, "extensions"), "KHR_node_visibility"), "visible");
         if (visible != nullptr && visible->is_boolean() && !visible->get<bool>())
@@ -176,13 +197,12 @@ Status GltfScene::collect(std::vector<AttributeReport> &report) {
             has_node_[*mesh] = true;
         hidden_ += visit.is_hidden && member(node, "mesh") != nullptr ? 1U : 0U;
         if (!visit.is_hidden) {
-            note_names(*node, visit.to_scene);
-            if (Status shown = show(*node, visit.to_scene); !shown)
+            note_names(visit.node, visit.to_scene);
+            if (Status shown = show(visit.node, visit.to_scene); !shown)
                 return shown;
         }
-        const Json *const children = member(node, "children");
-        for (std::size_t i = items(children); i-- > 0;)
-            add(children, i, visit);
+        if (!add(member(node, "children"), visit))
+            return too_many_nodes();
     }
     report_unshown(report);
     return {};

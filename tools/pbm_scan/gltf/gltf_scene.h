@@ -9,6 +9,7 @@
 #include <glm/mat4x4.hpp>
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -20,7 +21,7 @@ namespace pbm::build {
 struct ShownMesh {
     std::size_t mesh = 0;
     glm::dmat4 to_scene{1};
-    std::vector<double> weights{};     // of its morph targets
+    std::shared_ptr<const std::vector<double>> weights; // of its morph targets, not more than it has
     std::optional<std::size_t> skin{}; // its joints move the mesh, and `to_scene` does not
 };
 
@@ -45,8 +46,8 @@ class GltfScene {
   private:
     explicit GltfScene(GltfDocument &document) : document_(&document) {}
     Status collect(std::vector<AttributeReport> &report);
-    Status show(const Json &node, const glm::dmat4 &to_scene);
-    void note_names(const Json &node, const glm::dmat4 &to_scene);
+    Status show(std::size_t node, const glm::dmat4 &to_scene);
+    void note_names(std::size_t node, const glm::dmat4 &to_scene);
     void find_places();
     void report_unshown(std::vector<AttributeReport> &report) const;
     glm::dmat4 matrix_of(const Json &node);
@@ -56,6 +57,7 @@ class GltfScene {
     std::vector<CameraNode> cameras_;
     std::vector<std::string> names_;
     std::set<std::string> known_names_;
+    std::map<std::size_t, std::shared_ptr<const std::vector<double>>> weights_; // by node that was shown
     std::vector<bool> has_node_;                            // [meshes] a node of the scene has it
     std::vector<glm::dmat4> places_;                        // [nodes] to the scene, on demand
     std::map<std::size_t, std::vector<glm::dmat4>> joints_; // by skin
