@@ -336,10 +336,12 @@ Result<std::vector<float>> GltfDocument::floats(std::size_t accessor, std::size_
                 values[i * components + k] =
                     read(from->bytes.data() + i * from->stride + k * size, from->is_normalised);
     }
-    if (const Status changed = for_sparse(accessor, *from, [&](std::size_t at, const std::uint8_t *element) {
-            for (std::size_t k = 0; k < used; ++k)
-                values[at * components + k] = read(element + k * size, from->is_normalised);
-        });
+    if (const Status changed = for_sparse(accessor, *from,
+                                          [&](std::size_t at, const std::uint8_t *element) {
+                                              for (std::size_t k = 0; k < used; ++k)
+                                                  values[at * components + k] =
+                                                      read(element + k * size, from->is_normalised);
+                                          });
         !changed)
         return changed.error();
     return values;
@@ -385,9 +387,9 @@ Result<std::vector<std::uint32_t>> GltfDocument::indices(std::size_t accessor) {
     std::vector<std::uint32_t> values(from->count);
     for (std::size_t i = 0; i < from->count && !from->bytes.empty(); ++i)
         values[i] = whole(from->bytes.data() + i * from->stride, from->type);
-    if (const Status changed = for_sparse(
-            accessor, *from,
-            [&](std::size_t at, const std::uint8_t *element) { values[at] = whole(element, from->type); });
+    if (const Status changed =
+            for_sparse(accessor, *from,
+                       [&](std::size_t at, const std::uint8_t *element) { values[at] = whole(element, from->type); });
         !changed)
         return changed.error();
     return values;

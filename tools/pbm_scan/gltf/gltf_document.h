@@ -86,7 +86,7 @@ class GltfDocument {
     Json json_;
     ByteView binary_; // the binary chunk of a GLB
     std::string path_;
-    std::size_t size_;                              // of the file; bounds the count of accessors without a buffer view
+    std::size_t size_;                // of the file; bounds the count of accessors without a buffer view
     std::uint64_t further_bytes_ = 0; // of other files
     std::uint64_t numbers_ = 0;       // read from accessors
     std::uint64_t unpacked_ = 0;      // bytes of compressed views

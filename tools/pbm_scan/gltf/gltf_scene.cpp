@@ -54,9 +54,7 @@ std::shared_ptr<const std::vector<double>> weights_of(const Json *node, const Js
     return weights;
 }
 
-Error too_many_nodes() {
-    return too_large("more than " + std::to_string(kMaxNodes) + " nodes to show; export fewer");
-}
+Error too_many_nodes() { return too_large("more than " + std::to_string(kMaxNodes) + " nodes to show; export fewer"); }
 
 } // namespace
 

@@ -22,7 +22,7 @@ struct ShownMesh {
     std::size_t mesh = 0;
     glm::dmat4 to_scene{1};
     std::shared_ptr<const std::vector<double>> weights; // of its morph targets, not more than it has
-    std::optional<std::size_t> skin{}; // its joints move the mesh, and `to_scene` does not
+    std::optional<std::size_t> skin{};                  // its joints move the mesh, and `to_scene` does not
 };
 
 class GltfScene {
@@ -58,9 +58,9 @@ class GltfScene {
     std::vector<std::string> names_;
     std::set<std::string> known_names_;
     std::map<std::size_t, std::shared_ptr<const std::vector<double>>> weights_; // by node that was shown
-    std::vector<bool> has_node_;                            // [meshes] a node of the scene has it
-    std::vector<glm::dmat4> places_;                        // [nodes] to the scene, on demand
-    std::map<std::size_t, std::vector<glm::dmat4>> joints_; // by skin
+    std::vector<bool> has_node_;                                                // [meshes] a node of the scene has it
+    std::vector<glm::dmat4> places_;                                            // [nodes] to the scene, on demand
+    std::map<std::size_t, std::vector<glm::dmat4>> joints_;                     // by skin
     glm::dmat4 origin_{1};
     std::size_t nodes_and_instances_ = 0, normalised_ = 0, hidden_ = 0, instances_ = 0;
 };

@@ -81,15 +81,59 @@ TexturePyramid::Level half_of(const TexturePyramid::Level &level, const std::uin
 
 } // namespace
 
+// `first`..`last`: within a period of the row.
+void TextureCoverage::mark_part(std::uint32_t row, std::uint32_t first, std::uint32_t last, std::uint32_t period) {
+    const auto from = [](std::uint64_t span) { return static_cast<std::uint32_t>(span >> 32); };
+    const auto end = [](std::uint64_t span) { return static_cast<std::uint32_t>(span); };
+    std::atomic_ref span(spans_[row]);
+    std::uint64_t known = span.load(std::memory_order_relaxed);
+    if (from(known) <= first && last < end(known))
+        return;
+    for (std::uint32_t x = first; x <= last; ++x)
+        std::atomic_ref(covered_[std::size_t{row} * width_ + wrapped(x, width_, wrap_[0])])
+            .store(1, std::memory_order_relaxed);
+    for (;;) {
+        std::uint32_t joined_from = first, joined_end = last + 1;
+        if (first <= end(known) && from(known) <= last + 1 && known != 0) {
+            joined_from = std::min(first, from(known));
+            joined_end = std::max(last + 1, end(known));
+        } else if (end(known) - from(known) >= last + 1 - first) {
+            return; // the longer one is kept
+        }
+        const std::uint64_t joined = std::uint64_t{joined_from} << 32 | joined_end;
+        if (joined == known)
+            return;
+        if (!span.compare_exchange_weak(known, joined, std::memory_order_relaxed))
+            continue;
+        if (joined == period)
+            std::atomic_ref(full_rows_).fetch_add(1, std::memory_order_relaxed);
+        return;
+    }
+}
+
 void TextureCoverage::mark(std::int64_t x0, std::int64_t x1, std::int64_t y) {
-    if (x1 - x0 >= width_)
-        x1 = x0 + 2 * std::int64_t{width_};
-    const std::size_t row = std::size_t{wrapped(y, height_, wrap_[1])} * width_;
-    for (std::int64_t x = x0; x <= x1; ++x)
-        std::atomic_ref(covered_[row + wrapped(x, width_, wrap_[0])]).store(1, std::memory_order_relaxed);
+    const std::uint32_t row = wrapped(y, height_, wrap_[1]);
+    const std::uint32_t period = wrap_[0] == Wrap::mirror ? 2 * width_ : width_;
+    const auto last = std::int64_t{period} - 1;
+    if (wrap_[0] == Wrap::clamp) {
+        x0 = std::clamp<std::int64_t>(x0, 0, last);
+        x1 = std::clamp<std::int64_t>(x1, 0, last);
+    } else {
+        const std::int64_t length = std::min(x1 - x0, last);
+        x0 = (x0 % period + period) % period;
+        x1 = x0 + length;
+    }
+    const auto part = [&](std::int64_t from, std::int64_t to) {
+        mark_part(row, static_cast<std::uint32_t>(from), static_cast<std::uint32_t>(to), period);
+    };
+    part(x0, std::min(x1, last));
+    if (x1 > last)
+        part(0, x1 - period);
 }
 
 void TextureCoverage::add(const TextureCorners &corners) {
+    if (std::atomic_ref(full_rows_).load(std::memory_order_relaxed) == height_)
+        return;
     std::array<glm::dvec2, 3> at;
     glm::dvec2 low(1e18), high(-1e18);
     for (std::size_t i = 0; i < 3; ++i) {
@@ -99,12 +143,20 @@ void TextureCoverage::add(const TextureCorners &corners) {
         low = glm::min(low, at[i]);
         high = glm::max(high, at[i]);
     }
-    // An image that is repeated within the triangle is covered as a whole.
-    constexpr double kAround = 0.5;
-    const double last_row = std::min(high.y + kAround, low.y - kAround + 2.0 * height_);
-    for (double y = std::floor(low.y - kAround); y <= last_row; y += 1) {
+    constexpr double kAround = 0.5, kFar = 1e18;
+    double first_row = std::floor(low.y - kAround), last_row = high.y + kAround;
+    const bool ends = wrap_[1] == Wrap::clamp; // its first and last row go on
+    if (ends) {
+        first_row = std::clamp(first_row, -1.0, static_cast<double>(height_));
+        last_row = std::clamp(last_row, -1.0, static_cast<double>(height_));
+    } else if (last_row - first_row > 2.0 * height_) { // an image that is repeated so often is covered as a whole
+        for (std::int64_t row = 0; row < height_; ++row)
+            mark(0, 2 * std::int64_t{width_}, row);
+        return;
+    }
+    for (double y = first_row; y <= last_row; y += 1) {
         // The part of the triangle within this row and half a texel around it.
-        const double from = y - kAround, to = y + 1 + kAround;
+        const double from = ends && y < 0 ? -kFar : y - kAround, to = ends && y >= height_ ? kFar : y + 1 + kAround;
         double left = 1e18, right = -1e18;
         for (std::size_t i = 0; i < 3; ++i) {
             const glm::dvec2 a = at[i], b = at[(i + 1) % 3];

@@ -15,7 +15,7 @@ class TextureCoverage {
   public:
     explicit TextureCoverage(const Texture &texture)
         : width_(texture.width), height_(texture.height), wrap_(texture.use.wrap),
-          covered_(std::size_t{width_} * height_, 0) {}
+          covered_(std::size_t{width_} * height_, 0), spans_(height_, 0) {}
 
     // Adds all texels that a triangle touches, with half a texel around it. Safe to call from several threads.
     void add(const TextureCorners &corners);
@@ -23,10 +23,14 @@ class TextureCoverage {
 
   private:
     void mark(std::int64_t x0, std::int64_t x1, std::int64_t y);
+    void mark_part(std::uint32_t row, std::uint32_t first, std::uint32_t last, std::uint32_t period);
 
     std::uint32_t width_, height_;
     std::array<Wrap, 2> wrap_;
     std::vector<std::uint8_t> covered_; // [height][width]
+    // Triangles may show the image again and again: what is known to be covered is not marked once more.
+    std::vector<std::uint64_t> spans_; // [height] a part of the row that is covered: first texel << 32 | end
+    std::uint32_t full_rows_ = 0;
 };
 
 // The index of a texel of an image of `size` texels, which goes on as `wrap` says.
