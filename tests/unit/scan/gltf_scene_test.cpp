@@ -80,6 +80,19 @@ TEST(Gltf, QuaternionsAreNormalised) {
     EXPECT_TRUE(says(s, "rotations", Fate::converted));
 }
 
+// The limit counts them before memory is taken for them.
+TEST(Gltf, NodesAreAtMostAMillion) {
+    Glb glb;
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}}});
+    for (int i = 0; i < 1100; ++i) {
+        glb.doc["nodes"].push_back(json::object());
+        glb.doc["nodes"][1]["children"].push_back(2);
+        glb.doc["nodes"][2]["children"].push_back(3);
+    }
+    glb.doc["scenes"][0]["nodes"].push_back(1);
+    EXPECT_TRUE(test::has(refusal(glb), "more than 1048576 nodes"));
+}
+
 TEST(Gltf, WhatTheDefaultSceneDoesNotShowIsNamed) {
     Glb glb;
     const json primitive{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}},

@@ -178,6 +178,28 @@ TEST(Gltf, SparseQuantisedAndInterleavedAccessors) {
     EXPECT_EQ(s.points_beside_triangles, 3U);
 }
 
+TEST(Gltf, SparseIndicesAreRead) {
+    Glb glb;
+    const json sparse{{"count", 2},
+                      {"indices", {{"bufferView", glb.view(std::vector<std::uint8_t>{1, 2})}, {"componentType", 5121}}},
+                      {"values", {{"bufferView", glb.view(std::vector<std::uint16_t>{2, 3})}}}};
+    const auto indices = glb.accessor({{"componentType", 5123}, {"count", 3}, {"type", "SCALAR"}, {"sparse", sparse}});
+    glb.show({{{"attributes", {{"POSITION", glb.floats(kSquare, "VEC3", 3)}}}, {"indices", indices}}});
+    EXPECT_EQ(surface(glb).triangles, (std::vector<glm::uvec3>{{0, 2, 3}}));
+}
+
+TEST(Gltf, MaterialsThatDoNotExistAreNamed) {
+    for (const json &material : {json(7), json(-1)}) {
+        Glb glb;
+        const auto positions = glb.floats(kSquare, "VEC3", 3), indices = glb.indices({0, 1, 2});
+        const json plain{{"attributes", {{"POSITION", positions}}}, {"indices", indices}};
+        json primitive = plain;
+        primitive["material"] = material;
+        glb.show({plain, primitive});
+        EXPECT_TRUE(says(surface(glb), "materials that do not exist", Fate::dropped)) << material;
+    }
+}
+
 TEST(Gltf, MeshoptIsUnpacked) {
     Glb glb;
     std::vector<unsigned char> packed(meshopt_encodeVertexBufferBound(4, 12));
@@ -209,6 +231,12 @@ TEST(Gltf, MeshoptIsUnpacked) {
     EXPECT_EQ(s.positions[2], glm::dvec3(1, 1, 0));
     EXPECT_EQ(s.triangles.size(), 2U);
     glb.doc["bufferViews"][0]["extensions"]["EXT_meshopt_compression"]["byteLength"] = packed.size() - 1;
+    EXPECT_NE(refusal(glb).find("are damaged"), std::string::npos);
+    // A view does not become good when it is asked for again.
+    glb.doc["images"] = {{{"bufferView", 0}, {"mimeType", "image/png"}}};
+    glb.doc["textures"] = {{{"source", 0}}};
+    glb.doc["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
+    glb.doc["meshes"][0]["primitives"][0]["material"] = 0;
     EXPECT_NE(refusal(glb).find("are damaged"), std::string::npos);
     glb.doc["bufferViews"][0]["extensions"]["EXT_meshopt_compression"]["count"] = 4'000'000'000U;
     EXPECT_NE(refusal(glb).find("more elements than its compressed bytes can hold"), std::string::npos);
@@ -399,6 +427,8 @@ TEST(Gltf, GaussianSplatsAreDiscs) {
     glb.doc["accessors"][opacities]["bufferView"] = glb.view(std::vector<float>{1, 0.1F, 1});
     const Surface logarithms = read_with({-3, -2, -1, 1, 1, 1, -3, -2, -1});
     EXPECT_NEAR(logarithms.radii[0], 2 * std::exp(-1.5), 1e-5);
+    glb.doc["accessors"][rotations]["count"] = 0;
+    EXPECT_TRUE(test::has(refusal_of_splats({1, 1, 1, 1, 1, 1, 1, 1, 1}), "ROTATION are not as many as POSITION"));
 }
 
 } // namespace
