@@ -334,8 +334,9 @@ Status GltfPrimitives::read_splats(Reading &reading, GltfPrimitive &out) {
         positions.insert(positions.end(), &out.positions[3 * i], &out.positions[3 * i] + 3);
         out.normals.insert(out.normals.end(), {disc.normal.x, disc.normal.y, disc.normal.z});
         out.radii.push_back(disc.radius);
-        joints.insert(joints.end(), &out.joints[moves * i], &out.joints[moves * i] + moves);
-        weights.insert(weights.end(), &out.weights[moves * i], &out.weights[moves * i] + moves);
+        const auto from = static_cast<std::ptrdiff_t>(moves * i), end = static_cast<std::ptrdiff_t>(moves * (i + 1));
+        joints.insert(joints.end(), out.joints.begin() + from, out.joints.begin() + end);
+        weights.insert(weights.end(), out.weights.begin() + from, out.weights.begin() + end);
         if (has_own_colours) {
             for (const std::uint8_t channel :
                  splat_colour({coefficients[3 * i], coefficients[3 * i + 1], coefficients[3 * i + 2]}))
