@@ -45,7 +45,7 @@ class GltfPrimitives {
     GltfPrimitives(GltfDocument &document, GltfMaterials &materials, const ReadOptions &options,
                    std::vector<AttributeReport> &report);
 
-    // The primitives of a mesh, with morph targets of these weights, and with joints if a skin moves them. Each is read
+    // The primitives of a mesh, with morph targets of its weights, and with joints if a skin moves it. Each is read
     // once. A primitive that shares an accessor with others, and names few of its vertices, has those alone: time and
     // memory are bounded by the indices of the file.
     //

@@ -134,7 +134,7 @@ Status GltfScene::show(std::size_t number, const glm::dmat4 &to_scene) {
 
 // The camera of a node, or the name of one with a mesh.
 void GltfScene::note_names(std::size_t number, const glm::dmat4 &to_scene) {
-    constexpr std::size_t kMaxCameras = 1024; // metadata hold fewer
+    constexpr std::size_t kMaxCameras = 1024;
     const Json *const node = item(document_->root("nodes"), number);
     if (const auto camera = index_of(node, "camera"); camera && cameras_.size() < kMaxCameras)
         cameras_.push_back({*camera, to_scene, text_of(node, "name")});

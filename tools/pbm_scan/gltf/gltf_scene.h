@@ -34,6 +34,7 @@ class GltfScene {
     static Result<GltfScene> read(GltfDocument &document, std::vector<AttributeReport> &report);
 
     const std::vector<ShownMesh> &shown() const { return shown_; }
+    // The first 1,024: more than metadata hold.
     const std::vector<CameraNode> &cameras() const { return cameras_; }
     // Of nodes with meshes that are shown, each once.
     const std::vector<std::string> &names() const { return names_; }

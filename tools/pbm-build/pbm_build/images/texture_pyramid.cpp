@@ -81,7 +81,7 @@ TexturePyramid::Level half_of(const TexturePyramid::Level &level, const std::uin
 
 } // namespace
 
-// `first`..`last`: within a period of the row.
+// Marks texels `first`..`last` of a period of the row, and joins them to the span of the row that is known.
 void TextureCoverage::mark_part(std::uint32_t row, std::uint32_t first, std::uint32_t last, std::uint32_t period) {
     const auto from = [](std::uint64_t span) { return static_cast<std::uint32_t>(span >> 32); };
     const auto end = [](std::uint64_t span) { return static_cast<std::uint32_t>(span); };
@@ -105,7 +105,7 @@ void TextureCoverage::mark_part(std::uint32_t row, std::uint32_t first, std::uin
             return;
         if (!span.compare_exchange_weak(known, joined, std::memory_order_relaxed))
             continue;
-        if (joined == period)
+        if (joined_from == 0 && joined_end == period)
             std::atomic_ref(full_rows_).fetch_add(1, std::memory_order_relaxed);
         return;
     }
